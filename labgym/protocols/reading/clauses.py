@@ -118,7 +118,9 @@ def _start(tokens: Sequence[Token], earlier: Head, later: Head) -> int:
         return _without_break(tokens, max(stop, later.first), stop)
     segment = _break_before(tokens, later.first, stop)
     if later.passive:
-        return _passive_start(tokens, segment, stop, later.first)
+        start = _passive_start(tokens, segment, stop, later.first)
+        taken = tokens[stop].kind == "name" or (tokens[stop].figure is not None and tokens[stop].figure.is_amount)
+        return stop if start == later.first > stop and earlier.low == "cooling" and taken else start
     if later.low in ("added", "introduced") and _is_elided(tokens, segment, stop, later):
         return _passive_start(tokens, segment, stop, later.first)
     own = segment > stop and _is_subject([token for token in tokens[segment : later.first] if token.kind != "mark"])

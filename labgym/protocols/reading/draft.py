@@ -90,6 +90,11 @@ def substances(phrases: Iterable[TextPhrase]) -> list[SubstanceMention]:
     return [item for phrase in phrases for item in phrase.substances]
 
 
+def ratios(phrases: Iterable[TextPhrase]) -> list[QuantitySpan]:
+    """Return the ratios of phrases, in order."""
+    return [item for phrase in phrases for item in phrase.ratios]
+
+
 def with_substances(phrases: Iterable[TextPhrase], *prepositions: str) -> list[TextPhrase]:
     """Return the phrases that begin with one of some prepositions and name a substance."""
     return [phrase for phrase in phrases if phrase.prep in prepositions and phrase.substances]
@@ -247,6 +252,10 @@ class ActionDraft:
         **fields: Any,
     ) -> None:
         """Append the action of an operation with all its conditions."""
+        counts = [item.figure for item in operation.clause.group if item.figure is not None]
+        if counts and counts[0].kind == "repeats" and verb not in _UNREPEATED:
+            fields.setdefault("repeats", max(1, int(counts[0].value)))
+            self.own_all(counts[:1])
         self.emit(verb, operation.span, takes, operation.conditions, operation.phrases, ratios, **fields)
 
     def make(self, phrase: TextPhrase) -> None:

@@ -35,7 +35,9 @@ _LOOKALIKES = str.maketrans(
 )
 _WORDS = {
     "half": 0.5, "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8, "nine": 9,
-    "ten": 10, "eleven": 11, "twelve": 12, "fifteen": 15, "twenty": 20, "thirty": 30, "a few": 3, "few": 3,
+    "ten": 10, "eleven": 11, "twelve": 12, "thirteen": 13, "fourteen": 14, "fifteen": 15, "sixteen": 16,
+    "seventeen": 17, "eighteen": 18, "nineteen": 19, "twenty": 20, "thirty": 30, "forty": 40, "fifty": 50, "sixty": 60,
+    "one hundred": 100, "a hundred": 100, "a few": 3, "few": 3,
     "several": 3, "a": 1, "an": 1, "half an": 0.5, "half a": 0.5, "one half": 0.5, "a further": 1, "another": 1,
 }  # fmt: skip
 _N = r"\d{1,3}(?:,\d{3})+(?:\.\d+)?|\d{1,9}(?:\.\d{1,9}|,\d{1,2}(?!\d))?(?:[Ee]-?\d{1,2}\b)?|\.\d{1,6}"
@@ -74,7 +76,8 @@ _VALUE = re.compile(
 _SPOKEN = re.compile(
     r"(?<![A-Za-z-])(?!a second\b)(?P<word>half an?|one half|an?|(?:a )?few|several|another|a further|one|two|"
     r"three|four|five|six|seven|"
-    r"eight|nine|ten|eleven|twelve|fifteen|twenty|thirty)(?: (?:and a half|to (?P<to>two|three|"
+    r"eight|nine|ten|eleven|twelve|(?:thir|four|fif|six|seven|eigh|nine)teen|twenty|thirty|forty|fifty|sixty|"
+    r"(?:one|a) hundred)(?: (?:and a half|to (?P<to>two|three|"
     r"four|five|six|ten)|more|additional))?"
     r" (?:(?P<mass>grams?|milligrams?|kilograms?|pounds?)|(?P<volume>drops?|milliliters?|millilitres?|liters?|litres?)|"
     r"(?P<equivalents>equivalents?|equiv)|(?P<substance>moles?)|(?P<time>hours?|hrs?|minutes?|"

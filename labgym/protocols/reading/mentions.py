@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from labgym.protocols.reading.figures import QuantitySpan
-from labgym.protocols.reading.lexicon import BATCH, SOLUTIONS
+from labgym.protocols.reading.lexicon import BATCH, GASES, QUALITIES, SOLUTIONS, VESSELS, is_stop
 from labgym.protocols.reading.tokens import Token
 
 STRENGTHS = frozenset(("molarity", "percent"))
@@ -18,6 +18,13 @@ CONDITIONS = frozenset(("temperature", "time", "pressure", "ph"))
 """Kinds of figures that say how a mixture is held."""
 _TIMES = frozenset(("at", "over", "for", "during", "after", "under", "within", "before", "while"))
 """Prepositions of circumstance."""
+_CLASSES = frozenset((
+    "acetate", "acid", "anhydride", "bromide", "chloride", "ester", "ether", "fluoride", "hydrate", "hydride",
+    "hydrochloride", "hydroxide", "iodide", "ketone", "oxide", "sulfate", "sulphate",
+))  # fmt: skip
+"""Names that end a name."""
+_GASES = frozenset(GASES.values())
+_MOTIONS = frozenset(("stirring", "agitation", "shaking", "cooling"))
 _ORIGINS = frozenset(("prepared", "obtained", "from", "described", "produced", "of"))
 """Words that say where a substance came from."""
 _THUS = frozenset(("so", "thus"))
@@ -206,7 +213,10 @@ class PhraseDraft:
     def is_ended(self) -> bool:
         """Return whether a phrase of circumstance is complete, so that a noun begins a new one."""
         phrase = self.phrase
-        return bool(phrase.conditions) and not phrase.substances and phrase.solution is None and phrase.prep in _TIMES
+        stirred = phrase.prep in ("with", "while") and not _MOTIONS.isdisjoint(phrase.words)
+        stirred = stirred or (phrase.prep == "under" and not _GASES.isdisjoint(phrase.words))
+        ended = stirred or (bool(phrase.conditions) and phrase.prep in _TIMES)
+        return ended and not phrase.substances and phrase.solution is None
 
     def name(self, place: int, token: Token, weak: bool) -> None:
         """Read a name: it continues the last one, takes its place, or is another substance."""
@@ -227,7 +237,7 @@ class PhraseDraft:
             last.end = token.end
         else:
             last = SubstanceMention(
-                token.start, token.end, self.pending, self.quality, weak, self.in_solvent, self.paired
+                self._begin(place), token.end, self.pending, self.quality, weak, self.in_solvent, self.paired
             )
             self.pending, self.quality = [], []
             self.phrase.substances.append(last)
@@ -236,6 +246,14 @@ class PhraseDraft:
                 self.phrase.substances.append(self.adjective)
                 self.adjective = None
         self.separated, self.adjacent, self.paired, self.closed = False, True, False, False
+
+    def _begin(self, place: int) -> int:
+        """Return where a name begins: at an unknown word before a class, "alloxan hydrate"."""
+        token, before = self.tokens[place], self.tokens[place - 1] if place else None
+        unknown = before is not None and before.kind == "word" and len(before.text) > 4 and not is_stop(before.low)
+        known = before is None or before.low in BATCH | QUALITIES | SOLUTIONS | VESSELS
+        free = before is not None and before.end + 1 == token.start and token.low in _CLASSES
+        return before.start if before is not None and unknown and free and not known else token.start
 
     def _is_reagent(self, place: int) -> bool:
         """Return whether a name behind a solvent is no solvent: it has a mass, an amount of substance or a strength.
@@ -314,11 +332,12 @@ def _divide(phrase: TextPhrase) -> None:
     measured = [figure for item in items for figure in item.amounts]
     ratio = next((figure for figure in phrase.ratios if figure.kind == "ratio"), None)
     shares = [float(number) for number in re.findall(r"[\d.]+", ratio.text)] if ratio is not None else []
-    if len(shares) == len(items) > 1 and [figure.kind for figure in measured] == ["volume"] and sum(shares):
+    whole = sum(shares)
+    if len(shares) == len(items) > 1 and [figure.kind for figure in measured] == ["volume"] and whole:
         total = measured[0]
         phrase.ratios.append(total)
         for item, share in zip(items, shares, strict=True):
-            item.amounts = [replace(total, value=total.value * share / sum(shares))]
+            item.amounts = [replace(total, value=total.value * share / whole)]
 
 
 def _settle(phrase: TextPhrase) -> None:

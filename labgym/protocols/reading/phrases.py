@@ -149,6 +149,8 @@ def _verb(draft: PhraseDraft, place: int, token: Token) -> None:
 
 
 def _mark(draft: PhraseDraft, place: int, token: Token) -> None:
+    if token.text == "," and _is_between_adjectives(draft, place):
+        return
     if token.text == ",":
         if _ends_phrase(draft):
             draft.open("", token.start)
@@ -161,9 +163,19 @@ def _mark(draft: PhraseDraft, place: int, token: Token) -> None:
         draft.paired = True
 
 
+def _is_between_adjectives(draft: PhraseDraft, place: int) -> bool:
+    """Return whether a comma parts adjectives of one name: "in dry, degassed DMF"."""
+    before = draft.tokens[place - 1].low if place else ""
+    after = draft.tokens[place + 1 : place + 3]
+    adjective = len(after) == 2 and (after[0].low in QUALITIES or after[0].low.endswith("ed"))
+    return before in QUALITIES and adjective and after[1].kind == "name"
+
+
 def _ends_phrase(draft: PhraseDraft) -> bool:
     """Return whether a comma ends the phrase: a circumstance, or the solution to which something is added."""
     phrase = draft.phrase
+    if phrase.prep in ("after", "when", "once", "while"):
+        return True
     if not phrase.substances:
         if phrase.prep not in _LISTING:
             return True

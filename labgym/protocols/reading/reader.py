@@ -42,6 +42,8 @@ _ISOLATING = frozenset((
 _PREPARED = frozenset(("prepared", "made", "synthesized", "synthesised"))
 _SPECTRUM = re.compile(r"[-+]?\d+(?:\.\d+)?(?:-\d+(?:\.\d+)?)? ?\(")
 """Peaks with which data go on: "3.99 (s, 3H)"."""
+_ELUENTS = frozenset(("gradient", "eluent", "eluant"))
+"""Words of a sentence that describes the chromatography before it."""
 _FRAMES: dict[Frame, Callable[[ActionDraft, PhrasedOperation], None]] = {
     "theme": add,
     "with": treat,
@@ -152,6 +154,11 @@ def _read_operations(
     early = watched is not None and bool(parts) and watched.start() < draft.found(parts[0])[0]
     if watched is not None and early:
         draft.emit("Monitor", watched.span())
+    if not parts and draft.last_verb == "Chromatograph" and lows(tokens) & _ELUENTS:
+        note = "; ".join(filter(None, (draft.actions[-1].note, draft.text[start:end])))
+        draft.actions[-1] = draft.actions[-1].model_copy(update={"note": note[:400]})
+        draft.own(start, end, ASIDE)
+        return
     match = reference(draft.plain, start, end)
     if match is None:
         _own_prepared(draft, tokens, bool(parts))
@@ -228,6 +235,7 @@ def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:
         draft.own_all(substances(after))
         draft.own_all(operation.conditions)
         return
+    draft.own_all(token for token in clause.group if token.kind == "name")
     draft.own_names([phrase for phrase in before if set(phrase.nouns) & (LAYERS | EXTRACTS | SOLUTIONS)])
     if _is_intended(draft, operation, is_first):
         return

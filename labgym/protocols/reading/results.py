@@ -91,7 +91,11 @@ def complete(draft: ActionDraft, span: tuple[int, int]) -> bool:
     words = draft.plain[slice(*span)].lstrip(" ,;:(").lower().removeprefix("the ")
     values = figures(draft.plain[slice(*span)])
     actions = draft.actions
-    if words.startswith(("yield", "overall crude yield")) and draft.last_verb == "Yield" and actions[-1].gives:
+    if (
+        words.startswith(("yield", "weight", "overall crude yield"))
+        and draft.last_verb == "Yield"
+        and actions[-1].gives
+    ):
         first, *rest = actions[-1].gives
         told = {item.kind: written(item) for item in reversed(values) if item.kind in ("mass", "percent")}
         more = [
@@ -105,7 +109,7 @@ def complete(draft: ActionDraft, span: tuple[int, int]) -> bool:
             actions[-1] = actions[-1].model_copy(update={"gives": gives})
         return True
     measured = [item for item in values if item.kind in ("mass", "percent")]
-    if words.startswith("yield") and measured and actions and actions[-1].verb not in ("Analyze", "Refers"):
+    if words.startswith(("yield", "weight")) and measured and actions and actions[-1].verb not in ("Analyze", "Refers"):
         product = Portion(name="product", amount=", ".join(map(written, measured[:2])), assumed=True)
         draft.emit("Yield", span, gives=(product,), assumed=("gives",))
         return True

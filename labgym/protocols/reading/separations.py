@@ -60,7 +60,7 @@ def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
             note = draft.text[operation.clause.before[0].start : operation.span[1]]
         draft.act("Repeat", operation, takes, note=note[:400])
         return
-    if verb == "PhaseSeparation":
+    if verb == "PhaseSeparation" and not _is_on_a_column(operation):
         collect(draft, operation)
         return
     if head.low.startswith(("remov", "elimin", "freed")):
@@ -72,7 +72,7 @@ def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
             return
     if verb == "Distill" and _is_solvent_distilled(operation):
         verb = "Concentrate"
-    if verb == "Chromatograph" or (verb == "Purify" and _is_on_a_column(operation)):
+    if verb in ("Chromatograph", "PhaseSeparation") or (verb == "Purify" and _is_on_a_column(operation)):
         _chromatograph(draft, operation)
         return
     if verb == "Purify" and any("recrystallization" in (*item.nouns, *item.words) for item in operation.phrases):
@@ -194,12 +194,12 @@ def _dry(draft: ActionDraft, operation: PhrasedOperation) -> None:
     agents = [
         phrase
         for phrase in with_substances(operation.after, "over", "with", "on", "by", "using", "")
-        if phrase.prep or not set(phrase.nouns) & (LAYERS | EXTRACTS | {"solution"})
+        if phrase.prep or not (set(phrase.nouns) & (LAYERS | EXTRACTS | {"solution"}) or phrase.substances[0].weak)
     ]
     before = lows(operation.clause.before)
     words = before | lows(operation.clause.after)
     heated = any(item.kind in ("temperature", "pressure") for item in operation.conditions)
-    airy = bool(words & _DRYING)
+    airy = bool(words & _DRYING) or "-" in operation.head.low
     solid = draft.last_solid or bool(before & (SOLID | {"residue", "foam", "powder"}))
     if airy and not agents and before & {"filtrate", "filtrates", "solution", "eluate"}:
         draft.act("Concentrate", operation)
@@ -210,6 +210,7 @@ def _dry(draft: ActionDraft, operation: PhrasedOperation) -> None:
         draft.own_names(operation.phrases)
         gas: dict[str, Any] = {"atmosphere": "air"} if "air" in words else {}
         draft.act("DrySolid", operation, **gas)
+        _weigh(draft, operation)
     else:
         draft.act("DrySolution", operation)
 
@@ -240,7 +241,11 @@ def _filter(draft: ActionDraft, operation: PhrasedOperation) -> None:
 
 
 def _weigh(draft: ActionDraft, operation: PhrasedOperation) -> None:
-    """Append the result of a filtration that tells what it gives: "was collected by filtration (0.54 g, 90%)"."""
+    """Append the result of an operation that tells what it gives: "was collected by filtration (0.54 g, 90%)"."""
+    for phrase in operation.before:
+        for item in phrase.substances if set(phrase.nouns) & SOLID else ():
+            if {value.kind for value in item.amounts} & {"mass"}:
+                draft.emit("Yield", (item.start, item.end), gives=(draft.yielded(item),))
     loose = [item for phrase in operation.after for item in phrase.loose]
     weighed = [item for item in loose if item.kind in ("mass", "substance", "percent")]
     if any(item.kind == "mass" for item in weighed):

@@ -73,7 +73,8 @@ _ABBREVIATIONS = frozenset(
 _DATA = re.compile(
     r"(?<![A-Za-z0-9])(?:\d{1,3} ?[HCFPN][- ]{0,2}NMR|NMR\b|[mM]\. ?[pP]\b\.?|[mM][pP]\b|"
     r"[mM]elting (?:at|near|point|range|with)|[bB]oiling (?:at|from|near) (?:about )?(?=\d)"
-    r"|melt(?:s|ed (?:at|from|between))\b"
+    r"|melt(?:s|ed (?:at|from|between))\b|(?:decomposes|distills?) (?:at|above) (?=\d)|m\.r\. "
+    r"|[Ww]eight: (?=\d)|(?<!was )(?<!is )(?<!were )boil(?:ed|s) at (?=\d)"
     r"|(?:ES|EI|CI|FAB|LR|HR|LC|GC|MALDI|ESI|APCI|DCI|FD)[-+/ ]{0,2}MS\b(?! (?:showed|indicated|"
     r"analysis showed|revealed|confirmed))"
     r"|MS[- ]?(?=[(:=+mME[])|HRMS|m/[ze]\b|M/[ZE]\b|IR ?(?=[(:])|I\.R\.|FT-?IR|R ?f\b ?[=:0(~]|"
@@ -151,7 +152,8 @@ def _chunk(text: str, start: int, end: int) -> Iterator[Token]:
     tail: list[int] = []
     while start < end:
         first, last = text[start], text[end - 1]
-        if first in _LEADING or first in _CLOSE or (first in _OPEN and start not in partners):
+        glued = first == "." and text[start + 1 : start + 2].isalpha()
+        if first in _LEADING or first in _CLOSE or glued or (first in _OPEN and start not in partners):
             yield _mark(text, start)
             start += 1
         elif last in _TRAILING or (last in _CLOSE and end - 1 not in closed) or _is_stop(text, start, end):
@@ -211,7 +213,8 @@ def _pair_cuts(text: str, start: int, end: int) -> Iterator[int]:
         return
     for sign in "/:":
         parts = word.split(sign)
-        if len(parts) > 1 and all(_is_partner(part) for part in parts) and word.lower() != "pd/c":
+        fused = sign == ":" and "[" in word
+        if len(parts) > 1 and not fused and all(_is_partner(part) for part in parts) and word.lower() != "pd/c":
             at = start
             for part in parts[:-1]:
                 at += len(part)

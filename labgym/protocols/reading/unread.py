@@ -38,6 +38,8 @@ MAX_ABBREVIATION = 8
 _CHECKED = MEASURES | CONDITIONS
 """Kinds of figures that an action must state."""
 _AMOUNT_PARTS = re.compile(r", | of | x ")
+_WAITED = ("evolution", "uptake", "absorption", "generation", "consumption")
+_BARE_UNIT = re.compile(r"^(?:grams?|[km]g|m[lL]|milliliters?|millilitres?|m?mol(?:es?)?)$")
 _COLUMNS = ("column", "columns", "cartridge")
 
 
@@ -81,6 +83,8 @@ def _lack(draft: ActionDraft, before: Token | None, token: Token, stated: set[st
         return ""
     elif token.kind == "word" and _NUMBER.match(token.text) and not _is_numbering(before, token):
         return "number without a unit that is known"
+    elif token.kind == "word" and _BARE_UNIT.match(token.text) and draft.plain[token.start - 1] != "(":
+        return "unit of an amount without a number that is known"
     elif token.kind == "name" and len(token.text) > 2 and token.low not in QUALITIES:
         return "name that no action owns"
     return ""
@@ -94,9 +98,9 @@ def _statements(actions: Iterable[Action]) -> set[str | float]:
         stated |= {part for amount in amounts for part in _AMOUNT_PARTS.split(amount)}
         notes = action.note.replace(";", ",").split(", ")
         stated |= {part.removeprefix("to ").removesuffix(" in all") for part in notes}
-        for held in (action, *action.then):
-            stated |= {value for value in (held.temperature, held.duration) if value is not None}
-        stated |= {value for value in (action.pressure, action.ph) if value is not None}
+        held = [action.temperature, action.duration, action.pressure, action.ph]
+        held += [value for period in action.then for value in (period.temperature, period.duration)]
+        stated |= {value for value in held if value is not None}
     return stated
 
 
@@ -139,7 +143,7 @@ def _is_named_again(
     """
     names = taken | {portion.name.lower() for action in draft.actions for portion in action.gives}
     name = draft.text[run[0].start : run[-1].end].lower()
-    known = name in names or name in {item.split()[-1] for item in names if item}
+    known = name == "catalyst" or name in names or name in {item.split()[-1] for item in names if item}
     solved = following is not None and following.low in SOLUTIONS
     measured = following is not None and (following.figure is not None or (following.kind == "group" and not solved))
     return known and not measured and (solved or bool({"the", "this", "all"} & set(before)))
@@ -147,9 +151,11 @@ def _is_named_again(
 
 def _own_observed(draft: ActionDraft, tokens: Sequence[Token]) -> None:
     """Own the names of what is waited for, "until the uptake of hydrogen ceased", and the oil of a dispersion."""
-    waits = False
+    waits, previous = False, ""
     for token in tokens:
         waits = (waits or token.low in ("until", "till")) and token.kind != "mark"
+        waits = waits or (token.low == "of" and previous in _WAITED)
+        previous = token.low
         if waits and token.kind == "name":
             draft.own(token.start, token.end)
         if token.kind == "group" and lows(token.inner) & {"dispersion", "suspension"}:
