@@ -241,6 +241,28 @@ def test_each_liquid_of_a_mixture_or_a_list_has_its_own_amount(text: str, amount
 
 
 @pytest.mark.parametrize(
+    "text, verbs",
+    [
+        ("Toluene (5 mL) was distilled off and the solvent was removed by distillation.", "Concentrate Concentrate"),
+        ("The product (5 g) was distilled off at 80 °C.", "Yield Distill"),
+        ("The filtrate was taken to dryness.", "Concentrate"),
+        ("The mixture was stirred for 1 h while adding water (2 mL).", "Add Stir"),
+        ("It was stirred for 30 min at room temperature and then for 2 h at reflux.", "Stir Reflux"),
+        ("The oil was washed with water, followed by brine (20 mL).", "Wash Wash"),
+        ("The solid was air-dried.", "DrySolid"),
+        ("The oil was dissolved in ether. It was separated on silica gel.", "Dissolve Chromatograph"),
+        ("To a flask equipped with a stirrer, a trap and a condenser is charged 5 g of phenol.", "Add"),
+        ("With rapid stirring 16 g of phenol were added.", "Add"),
+        ("The solid (3 g) was used without further purification.", "Yield"),
+    ],
+)  # fmt: skip
+def test_an_operation_is_what_the_words_around_it_say(text: str, verbs: str) -> None:
+    actions = read_procedure(f"Phenol (1 g) was added to water (9 mL). {text}")
+    assert [action.verb for action in actions.actions[2:]] == verbs.split()
+    assert not actions.unread
+
+
+@pytest.mark.parametrize(
     "text, lost",
     [
         ("The ester (1 g) and sodium hydride (0.28, 1.65 mmol) in DMF (4 mL) were stirred for 2 h.", "0.28"),

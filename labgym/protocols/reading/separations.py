@@ -70,8 +70,9 @@ def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
             return
         if not _is_evaporated(draft, operation, subject):
             return
+    note = ""
     if verb == "Distill" and _is_solvent_distilled(operation):
-        verb = "Concentrate"
+        verb, note = "Concentrate", _distilled_off(draft, operation)
     if verb in ("Chromatograph", "PhaseSeparation") or (verb == "Purify" and _is_on_a_column(operation)):
         _chromatograph(draft, operation)
         return
@@ -85,7 +86,18 @@ def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
     draft.own_names(operation.phrases)
     if verb != "Wait":
         draft.last_solid = False
-        draft.act(verb, operation, takes, note=_reached(draft, operation))
+        draft.act(verb, operation, takes, note=note or _reached(draft, operation))
+
+
+def _distilled_off(draft: ActionDraft, operation: PhrasedOperation) -> str:
+    """Return the amounts that a text says are distilled off, own them, and charge nothing of them."""
+    off = [item for phrase in operation.before for item in phrase.substances if item.is_measured]
+    for phrase in operation.before:
+        draft.own_names([phrase])
+        phrase.substances = []
+    for item in off:
+        draft.own_all((item, *item.amounts))
+    return ", ".join(f"{draft.text[item.start : item.end]}, {item.amounts[0].text}" for item in off)[:400]
 
 
 def _is_solvent_distilled(operation: PhrasedOperation) -> bool:
