@@ -231,6 +231,7 @@ def test_what_no_action_owns_is_reported(lost: str) -> None:
         ("The ester (1 g) in ether (5 mL) was washed with water (2x50 mL).", ["1 g", "5 mL", "2 x 50 mL"]),
         ("The ester (1 g) in ether (5 mL) was washed with HCl and brine (9 mL each).", ["1 g", "5 mL", "9 mL", "9 mL"]),
         ("Oil (1 g) in ether (5 mL) was extracted with two -- 50 ml portions of HCl.", ["1 g", "5 mL", "2 x 50 mL"]),
+        ("100 Mg. of phenol in 15 ml. of benzene is treated with 60 mg. of aniline.", ["0.1 g", "15 mL", "0.06 g"]),
         ("The ester (1 g, purity: 84%, 1 mol) was added to water (9 mL).", ["9 mL", "1 g, 1 mol"]),
     ],
 )  # fmt: skip
@@ -246,6 +247,8 @@ def test_each_liquid_of_a_mixture_or_a_list_has_its_own_amount(text: str, amount
         ("Toluene (5 mL) was distilled off and the solvent was removed by distillation.", "Concentrate Concentrate"),
         ("The product (5 g) was distilled off at 80 °C.", "Yield Distill"),
         ("The filtrate was taken to dryness.", "Concentrate"),
+        ("To it was added dried 10% palladium on carbon (1.2 g).", "Add"),
+        ("The crystals which formed were removed by filtration. It was dried in vacuo.", "Filter DrySolid"),
         ("The mixture was stirred for 1 h while adding water (2 mL).", "Add Stir"),
         ("It was stirred for 30 min at room temperature and then for 2 h at reflux.", "Stir Reflux"),
         ("The oil was washed with water, followed by brine (20 mL).", "Wash Wash"),

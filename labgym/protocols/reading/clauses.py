@@ -69,11 +69,8 @@ def _with_earlier_first(parts: list[VerbClause], tokens: Sequence[Token]) -> lis
     if begin[:1] == ["before"] or begin[:2] == ["prior", "to"]:
         return [parts[1], parts[0], *parts[2:]]
     for k in range(len(parts) - 1):
-        if (
-            parts[k + 1].head.low == "adding"
-            and parts[k + 1].head.marker == "while"
-            and parts[k].head.word.frame == "hold"
-        ):
+        head, made = parts[k + 1].head, any(token.figure is not None for token in parts[k].before)
+        if head.low == "adding" and head.marker == "while" and parts[k].head.word.frame == "hold" and not made:
             parts[k : k + 2] = [parts[k + 1], parts[k]]
     head = parts[-1].head
     joint = tokens[head.first - 1].low if head.first else ""

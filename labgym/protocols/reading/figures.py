@@ -43,9 +43,10 @@ _WORDS = {
 _N = r"\d{1,3}(?:,\d{3})+(?:\.\d+)?|\d{1,9}(?:\.\d{1,9}|,\d{1,2}(?!\d))?(?:[Ee]-?\d{1,2}\b)?|\.\d{1,6}"
 _BEFORE = r"(?:(?<![A-Za-z0-9_.\[,\u0370-\u03ff-])|(?<=\d m[lLg],)|(?<=\d mmol,)|(?<=\d g,)|(?<=\d[xX]))(?<!\d/)"
 _UNIT = {
-    "mass": r"[Kk]g|mg|μg|ug|gms?|[Gg]rams?|G(?=\.)|grammes?|milligrams?|kilograms?|micrograms?|g"
+    "mass": r"[Kk]g|mg|μg|ug|gms?|[Gg]rams?|G(?=\.)|grammes?|milligrams?|kilograms?|micrograms?|g|Mg(?=\.? of\b)"
     r"|lbs?|pounds?|oz|ounces?",
-    "volume": r"m[lL]s?|ML|cc|c\.c\.|μ ?[lL]|u[lL]|[dc]l|cm3|dm3|[lL]iters?|[lL]itres?|milli[lL]it(?:er|re)s?"
+    "volume": r"m[lL]s?|ML|Ml(?=\.? of\b)|cc"
+    r"|c\.c\.|μ ?[lL]|u[lL]|[dc]l|cm3|dm3|[lL]iters?|[lL]itres?|milli[lL]it(?:er|re)s?"
     r"|microlit(?:er|re)s?|drops?|gallons?|[lL]",
     "substance": r"mmols?|μmols?|umols?|nmols?|kmols?|[mM]ols?|mmoles?|millimoles?|moles?|m\.? ?mol(?:es?|s)?"
     r"|m(?=\))",
@@ -58,7 +59,7 @@ _UNIT = {
     "time": r"(?:(?:additional|further|more) )?(?:hours?|min(?:ute)?s?)|hrs?|h|seconds?|secs?|sec|s|days?|d|weeks?|wk",
     "pressure": r"mbar|bars?|psig?|psia|p\.s\.i\.?|pounds per square inch|"
     r"atm(?:os(?:pheres?)?)?|torr|Torr|mm\.? ?(?:of )?Hg|mm ?hg|kPa|"
-    r"MPa|hPa|Pa|kg/cm2|millibar",
+    r"MPa|hPa|Pa|kg\.?/cm2|millibar",
     "other": r"MHz|Hz|rpm|nm|W|kW|eV|mesh|stages|cm-1|cm|mm|mμ|μm?|Å",
 }  # fmt: skip
 _ORDER: tuple[Kind, ...] = (
@@ -316,7 +317,7 @@ _OTHER_SPELLINGS = {
 
 def _converted(kind: Dimension, word: str, value: float) -> float:
     word = _OTHER_SPELLINGS.get(word, word)
-    if word == "kg/cm2":
+    if word in ("kg/cm2", "kg./cm2"):
         return value * 0.980665
     if word in ("kmol", "kmols"):
         return value * 1000.0

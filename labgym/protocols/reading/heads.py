@@ -315,6 +315,7 @@ def _is_idle(at: _Place) -> bool:
         or (low == "reflux" and not _is_refluxed(at))
         or (low in _OBTAINED and (_is_attribute(at) or _is_bought(at)))
         or (((at.token.verb is not None and at.token.verb.verb in _FORMING) or low == "collected") and _is_observed(at))
+        or (low == "dried" and following is not None and following.text.endswith("%"))
         or (low == "saturated" and at.after not in ("with", "by"))
         or (low in ("dilute", "diluted", "concentrated") and named and not at.passive)
     )
@@ -344,6 +345,8 @@ def _is_bought(at: _Place) -> bool:
 def _is_observed(at: _Place) -> bool:
     """Return whether words say what happens by itself: "the oil which separated", "until the sodium dissolved"."""
     near = [item.low for item in at.tokens[max(0, at.first - 8) : at.first]]
+    if near and near[-1] in ("observed", "found", "seen"):
+        return True
     if near and near[-1] in ("which", "that"):
         return at.after not in ("from", "in", "with", "by")
     for low in reversed(near):
@@ -390,7 +393,7 @@ def _is_adjective(at: _Place, word: VerbWord) -> bool:
         or at.previous == ""
         or at.previous in PREPOSITIONS
         or listed
-        or at.previous in ("resulting", "above")
+        or at.previous in ("resulting", "above", "added")
         or (
             following.kind == "name"
             and any(t.kind == "figure" for t in at.tokens[max(0, at.place - 2) : at.place] if t.text != ",")

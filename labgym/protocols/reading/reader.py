@@ -235,7 +235,7 @@ def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:
         draft.own_all(substances(after))
         draft.own_all(operation.conditions)
         return
-    draft.own_all(token for token in clause.group if token.kind == "name")
+    draft.own_all(token for token in clause.group[-1:] if token.kind == "name")
     draft.own_names([phrase for phrase in before if set(phrase.nouns) & (LAYERS | EXTRACTS | SOLUTIONS)])
     if _is_intended(draft, operation, is_first):
         return

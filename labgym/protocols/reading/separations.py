@@ -238,7 +238,7 @@ def _filter(draft: ActionDraft, operation: PhrasedOperation) -> None:
     aids = with_substances(operation.after, "over", "through", "on", "via", "with")
     is_collected = head.low.startswith(("collect", "isolat", "recover"))
     is_unwanted = bool(subject & _UNWANTED) or head.low.startswith(("remov", "eliminat", "freed"))
-    is_product = "product" in subject and not subject & _LIQUIDS
+    is_product = bool(subject & {"product", "crystals"}) and not subject & _LIQUIDS
     is_unwanted = (is_unwanted and not is_product) or _REMOVING.match(draft.plain, operation.span[1]) is not None
     solid = (is_product or bool(subject & (SOLID | {"crystals"}))) and not subject & _UNDISSOLVED and not is_unwanted
     cleared = (is_unwanted or bool(aids) or draft.last_verb == "DrySolution") and not is_collected and not solid

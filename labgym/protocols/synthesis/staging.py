@@ -325,12 +325,13 @@ class _Stager:
             if not self.builder.takes("Hydrogen"):
                 self.builder.take(self.catalog.get("Hydrogen"), "reactant", "from the cylinder")
             gas = (*names, "Hydrogen")
+        funnel = ("GraduatedCylinder",) if self._millilitres(action) else ()
         if action.pressure is not None and action.pressure > BALLOON_LIMIT_BAR:
             self.vessel = self._closed_vessel(HYDROGENATORS, action.pressure)
-            self._do(self._transferred(action), gas, device=(self.vessel,))
+            self._do(self._transferred(action), gas, device=(self.vessel,), funnel=funnel)
         else:
             bath = _bath(action.temperature)
-            self._do(action, gas, device=("HydrogenBalloon",), vessel=(self.vessel,), bath=bath)
+            self._do(action, gas, device=("HydrogenBalloon",), vessel=(self.vessel,), bath=bath, funnel=funnel)
 
     def _purge(self, action: Action, names: tuple[str, ...]) -> None:
         self._do(action, names, vessel=(self.vessel,), gas=self._gas(action) or ("SchlenkLine",))
