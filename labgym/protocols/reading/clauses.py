@@ -116,7 +116,8 @@ def _start(tokens: Sequence[Token], earlier: Head, later: Head) -> int:
     segment = _break_before(tokens, later.first, stop)
     if later.passive:
         start = _passive_start(tokens, segment, stop, later.first)
-        taken = tokens[stop].kind == "name" or (tokens[stop].figure is not None and tokens[stop].figure.is_amount)
+        first = tokens[stop]
+        taken = first.kind == "name" or (first.figure is not None and first.figure.is_amount)
         return stop if start == later.first > stop and earlier.low == "cooling" and taken else start
     if later.low in ("added", "introduced") and _is_elided(tokens, segment, stop, later):
         return _passive_start(tokens, segment, stop, later.first)
