@@ -106,11 +106,10 @@ def test_a_reaction_that_chemists_run_on_purpose_is_no_fault(
     assert faults(heated(reagents, *temperatures)) == []
 
 
-def test_butyllithium_and_an_alkyl_iodide_have_reacted_after_hours_at_room_temperature() -> None:
+def test_butyllithium_and_an_alkyl_iodide_stay_a_pair_however_long_they_were_kept() -> None:
     cold = heated({"NButyllithium": "5 mL", "MethylIodide": "2 mL", "Tetrahydrofuran": "30 mL"}, -40.0, 22.0, 40.0)
-    assert faults(cold)
     waited = (cold.steps[0], cold.steps[1].model_copy(update={"duration": 600.0}), cold.steps[2])
-    assert faults(cold.model_copy(update={"steps": waited})) == []
+    assert faults(cold.model_copy(update={"steps": waited}))
 
 
 def test_chlorine_and_oxygen_in_an_organic_molecule_make_no_perchlorate() -> None:

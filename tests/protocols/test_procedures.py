@@ -220,6 +220,65 @@ def test_what_no_action_owns_is_reported(lost: str) -> None:
     assert any(number[0] in item.text for item in read.unread)
 
 
+@pytest.mark.parametrize(
+    "text, amounts",
+    [
+        ("The ester (1 g) was dissolved in EtOH/H2O/AcOH (26 mL/3 mL/1.0 mL).", ["1 g", "26 mL", "3 mL", "1 mL"]),
+        ("The ester (1 g) was dissolved in toluene/ethanol/water (50/5/5 ml).", ["1 g", "50 mL", "5 mL", "5 mL"]),
+        ("The ester (1 g) was dissolved in a 2:1 mixture of ether and hexane (30 mL).", ["1 g", "20 mL", "10 mL"]),
+        ("The ester (1 g) was dissolved in THF/MeOH (1:1, 30 mL).", ["1 g", "15 mL", "15 mL"]),
+        ("The ester (1 g) was dissolved in water (9 mL)/ammonium hydroxide (6 mL).", ["1 g", "9 mL", "6 mL"]),
+        ("The ester (1 g) in ether (5 mL) was washed with water (2x50 mL).", ["1 g", "5 mL", "2 x 50 mL"]),
+        ("The ester (1 g) in ether (5 mL) was washed with HCl and brine (9 mL each).", ["1 g", "5 mL", "9 mL", "9 mL"]),
+        ("Oil (1 g) in ether (5 mL) was extracted with two -- 50 ml portions of HCl.", ["1 g", "5 mL", "2 x 50 mL"]),
+        ("100 Mg. of phenol in 15 ml. of benzene is treated with 60 mg. of aniline.", ["0.1 g", "15 mL", "0.06 g"]),
+        ("The ester (1 g, purity: 84%, 1 mol) was added to water (9 mL).", ["9 mL", "1 g, 1 mol"]),
+    ],
+)  # fmt: skip
+def test_each_liquid_of_a_mixture_or_a_list_has_its_own_amount(text: str, amounts: list[str]) -> None:
+    actions = read_procedure(text)
+    assert [portion.amount for action in actions.actions for portion in action.takes] == amounts
+    assert not actions.unread
+
+
+@pytest.mark.parametrize(
+    "text, verbs",
+    [
+        ("Toluene (5 mL) was distilled off and the solvent was removed by distillation.", "Concentrate Concentrate"),
+        ("The product (5 g) was distilled off at 80 °C.", "Yield Distill"),
+        ("The filtrate was taken to dryness.", "Concentrate"),
+        ("To it was added dried 10% palladium on carbon (1.2 g).", "Add"),
+        ("The crystals which formed were removed by filtration. It was dried in vacuo.", "Filter DrySolid"),
+        ("The mixture was stirred for 1 h while adding water (2 mL).", "Add Stir"),
+        ("It was stirred for 30 min at room temperature and then for 2 h at reflux.", "Stir Reflux"),
+        ("The oil was washed with water, followed by brine (20 mL).", "Wash Wash"),
+        ("The solid was air-dried.", "DrySolid"),
+        ("The oil was dissolved in ether. It was separated on silica gel.", "Dissolve Chromatograph"),
+        ("To a flask equipped with a stirrer, a trap and a condenser is charged 5 g of phenol.", "Add"),
+        ("With rapid stirring 16 g of phenol were added.", "Add"),
+        ("The solid (3 g) was used without further purification.", "Yield"),
+    ],
+)  # fmt: skip
+def test_an_operation_is_what_the_words_around_it_say(text: str, verbs: str) -> None:
+    actions = read_procedure(f"Phenol (1 g) was added to water (9 mL). {text}")
+    assert [action.verb for action in actions.actions[2:]] == verbs.split()
+    assert not actions.unread
+
+
+@pytest.mark.parametrize(
+    "text, lost",
+    [
+        ("The ester (1 g) and sodium hydride (0.28, 1.65 mmol) in DMF (4 mL) were stirred for 2 h.", "0.28"),
+        ("Sodium methylate (prepared by mixing sodium (2.3 g) in methanol) was added to the ester (1 g).", "2.3 g"),
+        ("Aqueous 70% (77.1 g, 0.6 mol) tungsten trioxide (1.4 g, 0.01 mol) was added to oil (1 g).", "77.1 g"),
+    ],
+)  # fmt: skip
+def test_a_quantity_that_no_action_states_or_of_which_the_owner_is_unclear_is_unread(text: str, lost: str) -> None:
+    actions = read_procedure(text)
+    assert actions.outcome == "partial"
+    assert any(lost in f"{item.text} {item.why}" for item in actions.unread)
+
+
 def test_an_action_list_may_not_claim_a_span_outside_its_text() -> None:
     with pytest.raises(ValueError, match="does not lie in the text"):
         ActionList(text="Stir.", actions=({"verb": "Stir", "span": (0, 9)},), outcome="partial")

@@ -14,9 +14,12 @@ from labgym.protocols.reading.draft import (
     PhrasedOperation,
     conditions,
     lows,
+    ratios,
+    substances,
     with_substances,
 )
 from labgym.protocols.reading.figures import QuantitySpan
+from labgym.protocols.reading.heads import Head
 from labgym.protocols.reading.lexicon import SOLID, SOLUTIONS
 from labgym.protocols.reading.mentions import SubstanceMention, TextPhrase
 from labgym.protocols.reading.phrases import read_phrases
@@ -31,6 +34,17 @@ _MIXING = ("combin", "mix", "plac", "blend", "admix", "put", "introduc")
 
 
 def add(draft: ActionDraft, operation: PhrasedOperation) -> None:
+    """Append an addition, or what follows a wash or an eluent: "washed with water, followed by brine"."""
+    if operation.head.marker == "followed" and draft.last_verb in ("Wash", "Extract", "Chromatograph"):
+        draft.act(draft.actions[-1].verb, operation, draft.portions(operation.after), ratios(operation.after))
+        return
+    made = [phrase for phrase in operation.after if _is_precipitated(phrase)]
+    _bring(draft, replace(operation, after=[phrase for phrase in operation.after if phrase not in made]))
+    for item in substances(made):
+        draft.emit("Yield", (item.start, item.end), gives=(draft.yielded(item),))
+
+
+def _bring(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append an addition, after what the flask holds before it."""
     head, before = operation.head, operation.before
     layered = [phrase for phrase in operation.phrases if set(phrase.nouns) & _PARTS and not phrase.is_measured]
@@ -45,7 +59,7 @@ def add(draft: ActionDraft, operation: PhrasedOperation) -> None:
         and phrase not in layered
     ]
     objects = with_substances(after, "", "of")
-    theme = objects if objects and not (subject and head.passive) else subject
+    theme = objects if _is_object_added(head, subject, objects) else subject
     _measure_behind(operation, theme)
     extra = with_substances(after, "with", "containing", "and", "using", "by") if head.low != "adding" else []
     if head.low in ("combined", "mixed", "combine", "mix", "combining") and not theme and not extra:
@@ -62,7 +76,7 @@ def add(draft: ActionDraft, operation: PhrasedOperation) -> None:
     if targets and not theme and not extra and head.passive:
         parted = _parted(operation.clause.before)
         if parted:
-            add(draft, replace(operation, before=parted))
+            _bring(draft, replace(operation, before=parted))
             return
     if head.low.startswith(_MIXING):
         theme = [*theme, *(phrase for phrase in targets if phrase.prep == "in")]
@@ -88,6 +102,17 @@ def _measure_behind(operation: PhrasedOperation, theme: Sequence[TextPhrase]) ->
     if len(items) == 1 and not items[0].is_measured and behind:
         items[0].amounts += behind[0].loose
         behind[0].loose = []
+
+
+def _is_object_added(head: Head, subject: Sequence[TextPhrase], objects: Sequence[TextPhrase]) -> bool:
+    """Return whether what stands behind the word of an addition is added: "A flask was charged with A (2 g)"."""
+    charged = head.low.startswith(("charg", "load")) and any(phrase.is_measured for phrase in objects)
+    return bool(objects) and (charged or not (subject and head.passive))
+
+
+def _is_precipitated(phrase: TextPhrase) -> bool:
+    """Return whether a phrase says what an addition is done for: "ether was added to precipitate the salt (2 g)"."""
+    return phrase.prep == "to" and phrase.nouns[:1] == ["precipitate"] and phrase.is_measured
 
 
 def _is_of_batch(operation: PhrasedOperation) -> bool:
@@ -145,15 +170,14 @@ def _take(
     elif not takes and verb == "Add":
         _prolong(draft, held)
     else:
-        ratios = [item for phrase in theme for item in phrase.ratios]
         if verb == "Add" and any(item.kind == "ph" for item in held):
             verb = "AdjustPH"
         stirred = any("stirring" in phrase.words for phrase in phrases) and any(item.kind == "time" for item in held)
         if stirred and takes:
-            draft.emit(verb, span, takes, ratios=ratios)
+            draft.emit(verb, span, takes, ratios=ratios(theme))
             draft.act("Stir", operation)
         else:
-            draft.act(verb, operation, takes, ratios)
+            draft.act(verb, operation, takes, ratios(theme))
 
 
 def _prolong(draft: ActionDraft, held: Sequence[QuantitySpan]) -> None:
@@ -174,6 +198,8 @@ def treat(draft: ActionDraft, operation: PhrasedOperation) -> None:
     reagents = with_substances(after, "with", "by", "using", "of", "into", "to", "")
     if verb in ("Triturate", "Quench") or head.low.startswith("dilut"):
         reagents = reagents or with_substances(after, "in")
+    if verb == "Quench" and not reagents and head.low.startswith("terminat"):
+        return
     if verb == "Hydrogenate":
         reagents = [phrase for phrase in after if phrase.substances]
     if verb == "Add" and not reagents:
@@ -265,6 +291,12 @@ def dissolve(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append the dissolution or suspension of something in a solvent."""
     head = operation.head
     into = any(phrase.is_measured for phrase in with_substances(operation.after, "into", "in"))
+    if head.low == "taken" and "dryness" in lows(operation.clause.after):
+        draft.act("Concentrate", operation)
+        return
+    if head.low == "taken" and with_substances(operation.after, "between"):
+        partition(draft, operation)
+        return
     if head.low == "taken" and head.last == head.place and not into:
         collect(draft, operation)
         return
@@ -272,7 +304,7 @@ def dissolve(draft: ActionDraft, operation: PhrasedOperation) -> None:
     subject = ("", "of") if head.passive else ("", "of", "to")
     solutes = with_substances(operation.before, *subject) + with_substances(operation.after, "")
     used = [*solutes, *solvents]
-    draft.act(operation.verb, operation, draft.portions(used), [item for phrase in used for item in phrase.ratios])
+    draft.act(operation.verb, operation, draft.portions(used), ratios(used))
 
 
 def pour(draft: ActionDraft, operation: PhrasedOperation) -> None:
@@ -297,7 +329,7 @@ def crystallize(draft: ActionDraft, operation: PhrasedOperation) -> None:
     if precipitation and not used and not effected:
         return
     draft.last_solid = True
-    draft.act(operation.verb, operation, draft.portions(used), [item for phrase in used for item in phrase.ratios])
+    draft.act(operation.verb, operation, draft.portions(used), ratios(used))
 
 
 def partition(draft: ActionDraft, operation: PhrasedOperation) -> None:

@@ -59,12 +59,19 @@ def _reordered(parts: list[VerbClause]) -> list[VerbClause]:
 
 
 def _with_earlier_first(parts: list[VerbClause], tokens: Sequence[Token]) -> list[VerbClause]:
-    """Return clauses with what is done first put first: "before adding A, it was cooled", "A was added after B"."""
+    """Return clauses with what is done first put first: "before adding A, it was cooled", "A was added after B".
+
+    What is added while something is stirred comes before the stirring.
+    """
     if len(parts) < 2:
         return parts
     begin = [token.low for token in tokens[: parts[0].head.place]]
     if begin[:1] == ["before"] or begin[:2] == ["prior", "to"]:
         return [parts[1], parts[0], *parts[2:]]
+    for k in range(len(parts) - 1):
+        head, made = parts[k + 1].head, any(token.figure is not None for token in parts[k].before)
+        if head.low == "adding" and head.marker == "while" and parts[k].head.word.frame == "hold" and not made:
+            parts[k : k + 2] = [parts[k + 1], parts[k]]
     head = parts[-1].head
     joint = tokens[head.first - 1].low if head.first else ""
     if head.marker in ("after", "following") and joint not in ("and", "then", ";", "but"):
@@ -108,7 +115,10 @@ def _start(tokens: Sequence[Token], earlier: Head, later: Head) -> int:
         return _without_break(tokens, max(stop, later.first), stop)
     segment = _break_before(tokens, later.first, stop)
     if later.passive:
-        return _passive_start(tokens, segment, stop, later.first)
+        start = _passive_start(tokens, segment, stop, later.first)
+        first = tokens[stop]
+        taken = first.kind == "name" or (first.figure is not None and first.figure.is_amount)
+        return stop if start == later.first > stop and earlier.low == "cooling" and taken else start
     if later.low in ("added", "introduced") and _is_elided(tokens, segment, stop, later):
         return _passive_start(tokens, segment, stop, later.first)
     own = segment > stop and _is_subject([token for token in tokens[segment : later.first] if token.kind != "mark"])

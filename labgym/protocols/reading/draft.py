@@ -16,6 +16,8 @@ from labgym.protocols.reading.mentions import SubstanceMention, TextPhrase
 from labgym.protocols.reading.stated import amount, held_at, stated_by, written
 from labgym.protocols.reading.tokens import Token
 
+ASIDE = 2
+"""Mark of characters that no action has to state: sizes of vessels, data."""
 LAYERS = frozenset(("layer", "layers", "phase", "phases"))
 EXTRACTS = frozenset(("extract", "extracts"))
 _CIRCUMSTANCE = frozenset((
@@ -88,6 +90,11 @@ def substances(phrases: Iterable[TextPhrase]) -> list[SubstanceMention]:
     return [item for phrase in phrases for item in phrase.substances]
 
 
+def ratios(phrases: Iterable[TextPhrase]) -> list[QuantitySpan]:
+    """Return the ratios of phrases, in order."""
+    return [item for phrase in phrases for item in phrase.ratios]
+
+
 def with_substances(phrases: Iterable[TextPhrase], *prepositions: str) -> list[TextPhrase]:
     """Return the phrases that begin with one of some prepositions and name a substance."""
     return [phrase for phrase in phrases if phrase.prep in prepositions and phrase.substances]
@@ -100,7 +107,7 @@ class ActionDraft:
     Attributes:
         text: the procedure.
         plain: the procedure with simple characters, of the same length.
-        owned: 1 for each character that an action owns or that is remark or data.
+        owned: 1 for each character that an action owns, `ASIDE` for the size of a vessel and data, else 0.
         last_solid: whether the batch is a solid.
         solution_made: whether the last action makes a solution.
         manners: words for the manner of the operation that no action has yet.
@@ -142,9 +149,9 @@ class ActionDraft:
         at = max(at, 0)
         return at, at + len(low)
 
-    def own(self, start: int, end: int) -> None:
-        """Note that an action owns characters."""
-        self.owned[start:end] = b"\1" * (end - start)
+    def own(self, start: int, end: int, by: int = 1) -> None:
+        """Note that an action owns characters, or that they are set aside: `by` is `ASIDE`."""
+        self.owned[start:end] = bytes([by]) * (end - start)
 
     def doubt(self, span: tuple[int, int], why: str) -> None:
         """Report a span whose meaning for the actions is not clear; the actions are then partial."""
@@ -206,7 +213,8 @@ class ActionDraft:
         if phrases:
             words |= self.manners
             self.manners = set()
-        self.own_all(item for phrase in phrases for item in phrase.vessels)
+        for vessel in (item for phrase in phrases for item in phrase.vessels):
+            self.own(vessel.start, vessel.end, ASIDE)
         self.own_all((*held, *ratios))
         values = {**stated_by(words), "verb": verb, "takes": tuple(takes)[:30], **held_at(held), **fields}
         if verb not in _UNREPEATED:
@@ -218,9 +226,12 @@ class ActionDraft:
             elif portions is not None:
                 values.setdefault("repeats", max(1, int(portions[1])))
             self.own_all(counts)
-        shares = {item.start: item for item in ratios if item.kind in ("ratio", "percent", "molarity")}
+        shares = {item.start: item for item in ratios if item.kind in ("ratio", "percent", "molarity", "volume")}
         if shares:
-            ratio = ", ".join(self.text[item.start : item.end] for item in shares.values())
+            ratio = ", ".join(
+                f"{self.text[item.start : item.end]}{' in all' if item.kind == 'volume' else ''}"
+                for item in shares.values()
+            )
             values["note"] = "; ".join(filter(None, (values.get("note", ""), ratio)))[:400]
         part = next((noun for phrase in phrases for noun in (*phrase.words, *phrase.nouns) if noun in _WATERY), None)
         if part and verb in _OF_A_PART:
@@ -241,6 +252,10 @@ class ActionDraft:
         **fields: Any,
     ) -> None:
         """Append the action of an operation with all its conditions."""
+        counts = [item.figure for item in operation.clause.group if item.figure is not None]
+        if counts and counts[0].kind == "repeats" and verb not in _UNREPEATED:
+            fields.setdefault("repeats", max(1, int(counts[0].value)))
+            self.own_all(counts[:1])
         self.emit(verb, operation.span, takes, operation.conditions, operation.phrases, ratios, **fields)
 
     def make(self, phrase: TextPhrase) -> None:

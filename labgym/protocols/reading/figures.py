@@ -35,17 +35,21 @@ _LOOKALIKES = str.maketrans(
 )
 _WORDS = {
     "half": 0.5, "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8, "nine": 9,
-    "ten": 10, "eleven": 11, "twelve": 12, "fifteen": 15, "twenty": 20, "thirty": 30, "a few": 3, "few": 3,
+    "ten": 10, "eleven": 11, "twelve": 12, "thirteen": 13, "fourteen": 14, "fifteen": 15, "sixteen": 16,
+    "seventeen": 17, "eighteen": 18, "nineteen": 19, "twenty": 20, "thirty": 30, "forty": 40, "fifty": 50, "sixty": 60,
+    "one hundred": 100, "a hundred": 100, "a few": 3, "few": 3,
     "several": 3, "a": 1, "an": 1, "half an": 0.5, "half a": 0.5, "one half": 0.5, "a further": 1, "another": 1,
 }  # fmt: skip
 _N = r"\d{1,3}(?:,\d{3})+(?:\.\d+)?|\d{1,9}(?:\.\d{1,9}|,\d{1,2}(?!\d))?(?:[Ee]-?\d{1,2}\b)?|\.\d{1,6}"
-_BEFORE = r"(?:(?<![A-Za-z0-9_.\[,\u0370-\u03ff-])|(?<=\d m[lLg],)|(?<=\d mmol,)|(?<=\d g,))(?<!\d/)"
+_BEFORE = r"(?:(?<![A-Za-z0-9_.\[,\u0370-\u03ff-])|(?<=\d m[lLg],)|(?<=\d mmol,)|(?<=\d g,)|(?<=\d[xX]))(?<!\d/)"
 _UNIT = {
-    "mass": r"[Kk]g|mg|μg|ug|gms?|[Gg]rams?|G(?=\.)|grammes?|milligrams?|kilograms?|micrograms?|g"
+    "mass": r"[Kk]g|mg|μg|ug|gms?|[Gg]rams?|G(?=\.)|grammes?|milligrams?|kilograms?|micrograms?|g|Mg(?=\.? of\b)"
     r"|lbs?|pounds?|oz|ounces?",
-    "volume": r"m[lL]s?|ML|cc|c\.c\.|μ ?[lL]|u[lL]|[dc]l|cm3|dm3|[lL]iters?|[lL]itres?|milli[lL]it(?:er|re)s?"
+    "volume": r"m[lL]s?|ML|Ml(?=\.? of\b)|cc"
+    r"|c\.c\.|μ ?[lL]|u[lL]|[dc]l|cm3|dm3|[lL]iters?|[lL]itres?|milli[lL]it(?:er|re)s?"
     r"|microlit(?:er|re)s?|drops?|gallons?|[lL]",
-    "substance": r"mmols?|μmols?|umols?|nmols?|kmols?|[mM]ols?|mmoles?|millimoles?|moles?|m\.? ?moles?",
+    "substance": r"mmols?|μmols?|umols?|nmols?|kmols?|[mM]ols?|mmoles?|millimoles?|moles?|m\.? ?mol(?:es?|s)?"
+    r"|m(?=\))",
     "equivalents": r"equivalents?|equivs?|eqs?|molar equivalents?|mol(?:e|ar)?[- ]?%|mol(?:e|ar)? percent",
     "percent": r"wt\.? ?%|w/?w ?%|weight ?(?:percent|%)|%(?: ?\(?(?:w/w|w/v|v/v|wt)\)?)?|percent|mass %|w%",
     "molarity": r"mM|M|N|n(?= (?:aqueous|sul|hydrochlor|sodium|HCl|NaOH))|molar|normal"
@@ -55,7 +59,7 @@ _UNIT = {
     "time": r"(?:(?:additional|further|more) )?(?:hours?|min(?:ute)?s?)|hrs?|h|seconds?|secs?|sec|s|days?|d|weeks?|wk",
     "pressure": r"mbar|bars?|psig?|psia|p\.s\.i\.?|pounds per square inch|"
     r"atm(?:os(?:pheres?)?)?|torr|Torr|mm\.? ?(?:of )?Hg|mm ?hg|kPa|"
-    r"MPa|hPa|Pa|kg/cm2|millibar",
+    r"MPa|hPa|Pa|kg\.?/cm2|millibar",
     "other": r"MHz|Hz|rpm|nm|W|kW|eV|mesh|stages|cm-1|cm|mm|mμ|μm?|Å",
 }  # fmt: skip
 _ORDER: tuple[Kind, ...] = (
@@ -73,7 +77,8 @@ _VALUE = re.compile(
 _SPOKEN = re.compile(
     r"(?<![A-Za-z-])(?!a second\b)(?P<word>half an?|one half|an?|(?:a )?few|several|another|a further|one|two|"
     r"three|four|five|six|seven|"
-    r"eight|nine|ten|eleven|twelve|fifteen|twenty|thirty)(?: (?:and a half|to (?P<to>two|three|"
+    r"eight|nine|ten|eleven|twelve|(?:thir|four|fif|six|seven|eigh|nine)teen|twenty|thirty|forty|fifty|sixty|"
+    r"(?:one|a) hundred)(?: (?:and a half|to (?P<to>two|three|"
     r"four|five|six|ten)|more|additional))?"
     r" (?:(?P<mass>grams?|milligrams?|kilograms?|pounds?)|(?P<volume>drops?|milliliters?|millilitres?|liters?|litres?)|"
     r"(?P<equivalents>equivalents?|equiv)|(?P<substance>moles?)|(?P<time>hours?|hrs?|minutes?|"
@@ -85,9 +90,14 @@ _FRACTION = re.compile(
     rf"(?P<volume>{_UNIT['volume']})|(?P<mass>{_UNIT['mass']}))(?![A-Za-z])"
 )
 """Mixed fractions, also as patents print them: "21/2 hours" is two hours and a half."""
+_SHARED = re.compile(
+    rf"{_BEFORE}(?:\d{{1,4}}(?:\.\d{{1,3}})?/){{1,4}}\d{{1,4}}(?:\.\d{{1,3}})? ?"
+    rf"(?:(?P<volume>{_UNIT['volume']})|(?P<mass>{_UNIT['mass']}))(?![A-Za-z])"
+)
+"""Amounts of a mixture with one unit: "50/5/5 mL"."""
 _PORTIONS = re.compile(rf"{_BEFORE}(\d{{1,2}}) ?(?:[x×*X]|times|portions of|aliquots of) ?(?=\d)")
 _WORD_PORTIONS = re.compile(
-    r"(?<![A-Za-z])(two|three|four|five|six|seven|eight|ten) (?=\d[\d,.]{0,8}[- ]?(?:m[lL]|[lL]|"
+    r"(?<![A-Za-z])(two|three|four|five|six|seven|eight|ten) (?:--? )?(?=\d[\d,.]{0,8}[- ]?(?:m[lL]|[lL]|"
     r"g|mg)\b\.? ?-?(?:portions|aliquots|volumes|lots))",
     re.IGNORECASE,
 )
@@ -187,6 +197,7 @@ def figures(text: str) -> list[QuantitySpan]:
         _phs(text),
         _named(text),
         _fractions(text),
+        _shared(text),
         _spoken(text),
         _ratios(text),
         _numbered(text),
@@ -289,6 +300,7 @@ _OTHER_SPELLINGS = {
     "μ l": "μl",
     "m.moles": "mmol",
     "m.mole": "mmol",
+    "m": "mol",
     "mols": "mol",
     "mm.hg": "mmhg",
     "mm.ofhg": "mmhg",
@@ -305,7 +317,7 @@ _OTHER_SPELLINGS = {
 
 def _converted(kind: Dimension, word: str, value: float) -> float:
     word = _OTHER_SPELLINGS.get(word, word)
-    if word == "kg/cm2":
+    if word in ("kg/cm2", "kg./cm2"):
         return value * 0.980665
     if word in ("kmol", "kmols"):
         return value * 1000.0
@@ -339,6 +351,15 @@ def _fractions(text: str) -> Iterator[QuantitySpan]:
         value = float(match[1] or 0) + int(match[2]) / int(match[3])
         kind = next(name for name in ("mass", "volume", "time") if match[name])
         yield _figure(match.span(), kind, match[kind], value, None, text, 1)
+
+
+def _shared(text: str) -> Iterator[QuantitySpan]:
+    for match in _SHARED.finditer(text):
+        kind = "volume" if match["volume"] else "mass"
+        numbers = list(re.finditer(r"[\d.]+", text[match.start() : match.start(kind)]))
+        for number in numbers:
+            stop = match.end() if number is numbers[-1] else match.start() + number.end()
+            yield _figure((match.start() + number.start(), stop), kind, match[kind], float(number[0]), None, text, 1)
 
 
 def _repeats(text: str) -> Iterator[QuantitySpan]:

@@ -51,6 +51,8 @@ def _kept(draft: ActionDraft, place: int) -> tuple[KeptPart, bool]:
     """Return the part that a filtration keeps, and whether that is clear."""
     action = draft.actions[place]
     is_solid_used = washed = False
+    if place and draft.actions[place - 1].verb == "Dissolve" and "keep" in action.assumed:
+        return "filtrate", True
     for following, words, inside in _after(draft, place):
         thrown = _THROWN.search(words)
         if thrown is not None and not is_solid_used:

@@ -188,7 +188,14 @@ class _Place:
 
 def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
     """Return the head that a token is, or None if it names no operation here."""
-    if token.kind not in ("verb", "figure") and token.low not in ("followed", "reduced", "made", "make", "reaction"):
+    if token.kind not in ("verb", "figure") and token.low not in (
+        "followed",
+        "reduced",
+        "made",
+        "make",
+        "rendered",
+        "reaction",
+    ):
         return None
     first, passive, marker = _group(tokens, place)
     at = _Place(
@@ -245,7 +252,7 @@ def _special(at: _Place) -> Head | None:
         return Head(at.place, at.place, VerbWord("AdjustPH", "with"), "adjusted", True, "", at.place - 1)
     if token.low == "reduced" and at.passive and any(item.low in ("hydrogenation", "hydrogen") for item in rest):
         return at.head(VerbWord("Hydrogenate", "with"))
-    if token.low in ("made", "make") and at.after in ("acid", "acidic", "basic", "alkaline", "neutral"):
+    if token.low in ("made", "make", "rendered") and at.after in ("acid", "acidic", "basic", "alkaline", "neutral"):
         return at.head(VerbWord("AdjustPH", "with"), at.place + 1)
     if token.low == "chromatography" and at.previous in ("thin-layer", "layer"):
         return Head(at.place, at.place, VerbWord("Monitor", "none", True), token.low, False, "", at.place)
@@ -271,6 +278,8 @@ def _is_useful_noun(at: _Place) -> bool:
         done = ahead[:1] in (["carried"], ["effected"], ["performed"])
         return at.after in ("was", "is", "were") and done and low not in ("chromatographic", "addition")
     before = [item.low for item in at.tokens[max(0, at.place - 3) : at.place]]
+    if before[1:] in (["without", "further"], ["no", "further"], ["without", "additional"]):
+        return False
     if before[1:] == ["of", "the"] and before[0] in ("completion", "end", "course", "conclusion"):
         return False
     if low in ("chromatographic", "concentration") and (at.after == "of" or low == "chromatographic"):
@@ -299,12 +308,14 @@ def _is_idle(at: _Place) -> bool:
     return (
         (low in ("dry", "combine", "separate") and (named or batch) and not (at.place == 0 and low != "dry"))
         or (low == "provided" and at.after == "with")
+        or (low.startswith("pass") and at.after not in ("into", "in"))
         or low in ("sealed", "seal", "fitted", "equipped", "sealing", "prepared")
         or (low in ("boiling", "boil", "boils") and not at.passive)
         or (low in _STANDS and at.marker not in ("to", "on", "upon", "after", "for") and at.previous != "and")
         or (low == "reflux" and not _is_refluxed(at))
         or (low in _OBTAINED and (_is_attribute(at) or _is_bought(at)))
-        or (at.token.verb is not None and at.token.verb.verb in _FORMING and _is_observed(at))
+        or (((at.token.verb is not None and at.token.verb.verb in _FORMING) or low == "collected") and _is_observed(at))
+        or (low == "dried" and following is not None and following.text.endswith("%"))
         or (low == "saturated" and at.after not in ("with", "by"))
         or (low in ("dilute", "diluted", "concentrated") and named and not at.passive)
     )
@@ -334,6 +345,8 @@ def _is_bought(at: _Place) -> bool:
 def _is_observed(at: _Place) -> bool:
     """Return whether words say what happens by itself: "the oil which separated", "until the sodium dissolved"."""
     near = [item.low for item in at.tokens[max(0, at.first - 8) : at.first]]
+    if near and near[-1] in ("observed", "found", "seen"):
+        return True
     if near and near[-1] in ("which", "that"):
         return at.after not in ("from", "in", "with", "by")
     for low in reversed(near):
@@ -348,6 +361,8 @@ def _is_holding(at: _Place) -> bool:
     """Return whether "stirring" and the like are an operation, not the manner of another one."""
     if at.after in ("continued", "was", "is"):
         return True
+    if at.after in ("mantle", "bath", "jacket", "plate"):
+        return False
     after_time = at.previous in ("vigorous", "and") and at.marker in ("after", "by")
     if at.previous in _MANNER_WORDS and not (at.previous == "while" and at.after == "at") and not after_time:
         return False
@@ -378,7 +393,11 @@ def _is_adjective(at: _Place, word: VerbWord) -> bool:
         or at.previous == ""
         or at.previous in PREPOSITIONS
         or listed
-        or at.previous in ("resulting", "above")
+        or at.previous in ("resulting", "above", "added")
+        or (
+            following.kind == "name"
+            and any(t.kind == "figure" for t in at.tokens[max(0, at.place - 2) : at.place] if t.text != ",")
+        )
     )
     if noun and begun and not (listed and following.kind == "name"):
         return True

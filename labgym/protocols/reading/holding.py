@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from labgym.protocols.experiments.model import Portion, Verb
-from labgym.protocols.reading.draft import ActionDraft, PhrasedOperation, lows, substances
+from labgym.protocols.reading.draft import ActionDraft, PhrasedOperation, lows, substances, with_substances
 from labgym.protocols.reading.lexicon import GASES
 from labgym.protocols.reading.stated import single
 
@@ -18,11 +18,13 @@ def hold(draft: ActionDraft, operation: PhrasedOperation) -> None:
     bare = head.low in ("stirring", "heating", "cooling") and not head.passive and head.marker == ""
     if bare and not held and not clause.after:
         return
-    if head.low in ("keeping", "maintaining") and held and draft.last_verb in ("Add", "Quench", "Pour"):
+    during = head.marker != "after" and draft.last_verb in ("Add", "Quench", "Pour")
+    if head.low in ("keeping", "maintaining", "holding") and held and during:
         draft.own_all(held)
         last = draft.actions[-1]
         lacking = {key: value for key, value in single(held).items() if getattr(last, key) is None}
-        draft.actions[-1] = last.model_copy(update=lacking)
+        note = "; ".join(filter(None, (last.note, ", ".join(item.text for item in held))))
+        draft.actions[-1] = last.model_copy(update={**lacking, "note": note[:400]})
         return
     _fill(draft, operation)
     if clause.before and clause.before[0].low in ("while", "whilst") and not held:
@@ -40,9 +42,21 @@ def hold(draft: ActionDraft, operation: PhrasedOperation) -> None:
     if verb == "Wait" and not held and head.low in ("left", "let", "leave", "leaving", "continued"):
         return
     _add(draft, operation, verb)
+    if verb == "AdjustPH":
+        fields["takes"] = draft.portions(with_substances(operation.after, "with", "by", "using", "of"))
     if lows(clause.after) & {"until", "till"}:
         draft.own_all(clause.after)
-    draft.act(verb, operation, **fields)
+    kinds = [item.kind for item in held]
+    if (
+        verb == "Reflux"
+        and operation.verb != verb
+        and kinds[-1:] == ["time"]
+        and {"temperature", "time"} <= {*kinds[:-1]}
+    ):
+        draft.emit(operation.verb, operation.span, held=held[:-1])
+        draft.emit(verb, operation.span, held=held[-1:], phrases=operation.phrases, **fields)
+    else:
+        draft.act(verb, operation, **fields)
 
 
 def wait(draft: ActionDraft, operation: PhrasedOperation) -> None:
@@ -122,7 +136,7 @@ def _add(draft: ActionDraft, operation: PhrasedOperation, verb: Verb) -> None:
     """Append what is added with a holding word: "shaken with water"."""
     if verb not in ("Stir", "Heat", "Wait", "Reflux", "Irradiate", "Cool"):
         return
-    shaken = operation.head.low.startswith(("shak", "stir", "agitat", "heat", "reflux", "boil"))
+    shaken = operation.head.low.startswith(("shak", "stir", "agitat", "heat", "reflux", "boil", "swirl"))
     takes: list[Portion] = []
     for phrase in operation.after:
         named = bool(phrase.substances) and shaken and phrase.prep == "with" and not phrase.substances[0].weak

@@ -125,6 +125,9 @@ _OXIDATION = re.compile(r"(?<=[a-z)])\((?:0|I{1,3}|IV|V|VI)\)$", re.IGNORECASE)
 """The oxidation state at the end of a word: "palladium(II)"."""
 _NOTEBOOK = re.compile(r"^[A-Z]{2,6}\d{0,4}-\d{4,}(?:-\d{1,4}){0,3}$")
 """The number of a page in a laboratory notebook: "PBO-01132-93-01"."""
+_NECKED = re.compile(r"^(?:\d|two|three|four)-neck(?:ed)?$", re.IGNORECASE)
+_HYPHENED = ("-filled", "-flushed", "-purged", "-free", "-washed", "-containing", "-based", "-cooled", "-lined")
+"""Ends of adjectives that begin with a name: "argon-filled"."""
 _GREEK = re.compile(r"^[α-ωΑ-Ω]")
 _CODE = re.compile(r"^\(?(?:\d{1,3}[a-z]?|[IVX]{1,5}|[A-Z]{1,2}-?\d{1,3}[a-z]?)\)?$")
 
@@ -160,7 +163,7 @@ def names_substance(word: str) -> bool:
         return False
     if _SHORT.match(word) or _GREEK.match(word):
         return True
-    if _NOTEBOOK.match(word) or "vacuum" in lower:
+    if _NOTEBOOK.match(word) or _NECKED.match(word) or lower.endswith(_HYPHENED) or "vacuum" in lower:
         return False
     if "/" in word.strip("/") and len(word) < 60 and "[" not in word:
         return any(names_substance(part) for part in word.split("/") if part)

@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from labgym.protocols.reading.figures import QuantitySpan
-from labgym.protocols.reading.lexicon import BATCH, SOLUTIONS
+from labgym.protocols.reading.lexicon import BATCH, GASES, QUALITIES, SOLUTIONS, VESSELS, is_stop
 from labgym.protocols.reading.tokens import Token
 
 STRENGTHS = frozenset(("molarity", "percent"))
 """Kinds of figures that say how concentrated a solution is."""
 MEASURES = frozenset(("mass", "volume", "substance", "equivalents", "parts"))
 """Kinds of figures that say how much of a substance there is."""
+CONDITIONS = frozenset(("temperature", "time", "pressure", "ph"))
+"""Kinds of figures that say how a mixture is held."""
 _TIMES = frozenset(("at", "over", "for", "during", "after", "under", "within", "before", "while"))
 """Prepositions of circumstance."""
+_CLASSES = frozenset((
+    "acetate", "acid", "anhydride", "bromide", "chloride", "ester", "ether", "fluoride", "hydrate", "hydride",
+    "hydrochloride", "hydroxide", "iodide", "ketone", "oxide", "sulfate", "sulphate",
+))  # fmt: skip
+"""Names that end a name."""
+_GASES = frozenset(GASES.values())
+_MOTIONS = frozenset(("stirring", "agitation", "shaking", "cooling"))
 _ORIGINS = frozenset(("prepared", "obtained", "from", "described", "produced", "of"))
 """Words that say where a substance came from."""
 _THUS = frozenset(("so", "thus"))
@@ -88,6 +98,12 @@ class TextPhrase:
     def is_measured(self) -> bool:
         """Whether one of its substances has an amount."""
         return any(item.is_measured for item in self.substances)
+
+    def mixed_with(self, last: SubstanceMention) -> list[SubstanceMention]:
+        """Return the names of a mixture such as "EtOAc/hexane", in order, by its last one."""
+        end = next(k for k, item in enumerate(self.substances) if item is last)
+        first = next((k for k in range(end, 0, -1) if not self.substances[k].paired), 0)
+        return self.substances[first : end + 1]
 
     @property
     def is_prepared(self) -> bool:
@@ -197,7 +213,10 @@ class PhraseDraft:
     def is_ended(self) -> bool:
         """Return whether a phrase of circumstance is complete, so that a noun begins a new one."""
         phrase = self.phrase
-        return bool(phrase.conditions) and not phrase.substances and phrase.solution is None and phrase.prep in _TIMES
+        stirred = phrase.prep in ("with", "while") and not _MOTIONS.isdisjoint(phrase.words)
+        stirred = stirred or (phrase.prep == "under" and not _GASES.isdisjoint(phrase.words))
+        ended = stirred or (bool(phrase.conditions) and phrase.prep in _TIMES)
+        return ended and not phrase.substances and phrase.solution is None
 
     def name(self, place: int, token: Token, weak: bool) -> None:
         """Read a name: it continues the last one, takes its place, or is another substance."""
@@ -218,7 +237,7 @@ class PhraseDraft:
             last.end = token.end
         else:
             last = SubstanceMention(
-                token.start, token.end, self.pending, self.quality, weak, self.in_solvent, self.paired
+                self._begin(place), token.end, self.pending, self.quality, weak, self.in_solvent, self.paired
             )
             self.pending, self.quality = [], []
             self.phrase.substances.append(last)
@@ -227,6 +246,14 @@ class PhraseDraft:
                 self.phrase.substances.append(self.adjective)
                 self.adjective = None
         self.separated, self.adjacent, self.paired, self.closed = False, True, False, False
+
+    def _begin(self, place: int) -> int:
+        """Return where a name begins: at an unknown word before a class, "alloxan hydrate"."""
+        token, before = self.tokens[place], self.tokens[place - 1] if place else None
+        unknown = before is not None and before.kind == "word" and len(before.text) > 4 and not is_stop(before.low)
+        known = before is None or before.low in BATCH | QUALITIES | SOLUTIONS | VESSELS
+        free = before is not None and before.end + 1 == token.start and token.low in _CLASSES
+        return before.start if before is not None and unknown and free and not known else token.start
 
     def _is_reagent(self, place: int) -> bool:
         """Return whether a name behind a solvent is no solvent: it has a mass, an amount of substance or a strength.
@@ -297,8 +324,25 @@ def _holds(token: Token, kinds: Sequence[str]) -> bool:
     return any(item.figure is not None and item.figure.kind in kinds for item in token.inner)
 
 
+def _divide(phrase: TextPhrase) -> None:
+    """Divide the volume of a mixture by its ratio: "a 2:1 mixture of ether and hexane (30 mL)"."""
+    items = phrase.mixed_with(phrase.substances[-1]) if phrase.substances else []
+    if len(items) < 2 and phrase.solution is not None:
+        items = phrase.substances
+    measured = [figure for item in items for figure in item.amounts]
+    ratio = next((figure for figure in phrase.ratios if figure.kind == "ratio"), None)
+    shares = [float(number) for number in re.findall(r"[\d.]+", ratio.text)] if ratio is not None else []
+    whole = sum(shares)
+    if len(shares) == len(items) > 1 and [figure.kind for figure in measured] == ["volume"] and whole:
+        total = measured[0]
+        phrase.ratios.append(total)
+        for item, share in zip(items, shares, strict=True):
+            item.amounts = [replace(total, value=total.value * share / whole)]
+
+
 def _settle(phrase: TextPhrase) -> None:
     """Move amounts that stand with the solvent of a solution to the solute that they measure."""
+    _divide(phrase)
     solutes = [item for item in phrase.substances if not item.solvent]
     solvents = [item for item in phrase.substances if item.solvent]
     if len(solutes) != 1 or not solvents:
@@ -314,7 +358,7 @@ def _settle(phrase: TextPhrase) -> None:
     if "volume" in kinds:
         _move(solvent, solute, ("substance", "equivalents"))
         kinds = {figure.kind for figure in solute.amounts}
-    if phrase.solution is not None and not kinds & {"mass", "substance"}:
+    if (phrase.solution is not None or "molarity" in kinds) and not kinds & {"mass", "substance"}:
         _move(solvent, solute, ("volume",))
 
 

@@ -14,7 +14,7 @@ from labgym.protocols.reading.lexicon import (
     VESSELS,
     WORDS_OF_AMOUNT,
 )
-from labgym.protocols.reading.mentions import STRENGTHS, PhraseDraft, SubstanceMention, TextPhrase
+from labgym.protocols.reading.mentions import CONDITIONS, STRENGTHS, PhraseDraft, SubstanceMention, TextPhrase
 from labgym.protocols.reading.tokens import Token
 from labgym.protocols.reading.words import read_word
 
@@ -50,7 +50,7 @@ def _figure(draft: PhraseDraft, place: int, token: Token) -> None:
     assert figure is not None
     if figure.kind == "repeats":
         _count(draft, place, figure)
-    elif figure.kind in ("temperature", "time", "pressure", "ph"):
+    elif figure.kind in CONDITIONS:
         draft.phrase.conditions.append(figure)
     elif figure.kind in ("ratio", "other", "length") or (
         figure.kind == "percent"
@@ -149,6 +149,8 @@ def _verb(draft: PhraseDraft, place: int, token: Token) -> None:
 
 
 def _mark(draft: PhraseDraft, place: int, token: Token) -> None:
+    if token.text == "," and _is_between_adjectives(draft, place):
+        return
     if token.text == ",":
         if _ends_phrase(draft):
             draft.open("", token.start)
@@ -161,9 +163,19 @@ def _mark(draft: PhraseDraft, place: int, token: Token) -> None:
         draft.paired = True
 
 
+def _is_between_adjectives(draft: PhraseDraft, place: int) -> bool:
+    """Return whether a comma parts adjectives of one name: "in dry, degassed DMF"."""
+    before = draft.tokens[place - 1].low if place else ""
+    after = draft.tokens[place + 1 : place + 3]
+    adjective = len(after) == 2 and (after[0].low in QUALITIES or after[0].low.endswith("ed"))
+    return before in QUALITIES and adjective and after[1].kind == "name"
+
+
 def _ends_phrase(draft: PhraseDraft) -> bool:
     """Return whether a comma ends the phrase: a circumstance, or the solution to which something is added."""
     phrase = draft.phrase
+    if phrase.prep in ("after", "when", "once", "while"):
+        return True
     if not phrase.substances:
         if phrase.prep not in _LISTING:
             return True
@@ -193,11 +205,11 @@ def _group(draft: PhraseDraft, place: int, token: Token) -> None:
     values = [item.figure for item in inner if item.figure is not None]
     amounts = [figure for figure in values if figure.is_amount]
     names = any(item.kind == "name" for item in inner)
-    if _is_remark(inner, bool(amounts)):
+    if _is_remark(inner, bool(amounts) or any(figure.kind in CONDITIONS for figure in values)):
         phrase.remarks.append((token.start, token.end))
-        if not amounts:
+        if not values:
             return
-    phrase.conditions += [figure for figure in values if figure.kind in ("temperature", "time", "pressure", "ph")]
+    phrase.conditions += [figure for figure in values if figure.kind in CONDITIONS]
     phrase.ratios += [figure for figure in values if figure.kind in ("ratio", "other", "length")]
     last = draft.last
     for figure in values:
@@ -220,12 +232,12 @@ def _group(draft: PhraseDraft, place: int, token: Token) -> None:
         _measure(draft, last, inner, names, amounts)
 
 
-def _is_remark(inner: Sequence[Token], has_amounts: bool) -> bool:
+def _is_remark(inner: Sequence[Token], is_measured: bool) -> bool:
     verbs = any(item.kind == "verb" for item in inner)
     words = ("mw", "mw=", "prepared", "example", "from", "see", "or")
     formula = any(item.low in ("r", "r1", "r2", "wherein") for item in inner)
     said = any(item.low in words or item.low.startswith("mw=") for item in inner[:3])
-    return said or ((verbs or formula) and not has_amounts)
+    return said or ((verbs or formula) and not is_measured)
 
 
 def _stands_alone(draft: PhraseDraft, last: SubstanceMention, has_amounts: bool) -> bool:
@@ -238,6 +250,9 @@ def _free_group(draft: PhraseDraft, inner: Sequence[Token], names: bool, amounts
     phrase = draft.phrase
     if names:
         for part in read_phrases(inner):
+            if len(part.substances) == 1 and not part.is_measured:
+                part.substances[0].amounts += part.loose
+                part.loose = []
             phrase.substances += part.substances
             phrase.ratios += part.ratios
             phrase.loose += part.loose
@@ -266,9 +281,15 @@ def _measure(
                 dissolving.amounts = []
             measured = [figure for figure in measured if figure not in dissolving.amounts]
             phrase.substances.append(dissolving)
-    while last.paired and last is not phrase.substances[0]:
-        last = phrase.substances[phrase.substances.index(last) - 1]
-    last.amounts += measured
+    mixed = phrase.mixed_with(last)
+    if len(measured) == len(mixed) > 1 and len({figure.kind for figure in measured}) == 1:
+        for item, figure in zip(mixed, measured, strict=True):
+            item.amounts.append(figure)
+    elif "each" in words:
+        for item in phrase.substances:
+            item.amounts += measured if item is last or not item.is_measured else []
+    else:
+        (last if mixed[0].is_measured else mixed[0]).amounts += measured
     draft.closed = bool(measured)
     last.words += [WORDS_OF_AMOUNT[word] for word in words if word in ("excess", "catalytic", "saturated")]
     draft.adjacent = True

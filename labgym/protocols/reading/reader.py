@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 from labgym.errors import OptionError
@@ -11,18 +11,19 @@ from labgym.protocols.experiments.model import Action
 from labgym.protocols.reading.actions import MAX_TEXT, ActionList, Outcome, Unread
 from labgym.protocols.reading.additions import add, crystallize, dissolve, partition, pour, treat
 from labgym.protocols.reading.clauses import VerbClause, clauses, is_state
-from labgym.protocols.reading.draft import EXTRACTS, LAYERS, ActionDraft, PhrasedOperation, lows, substances
+from labgym.protocols.reading.draft import ASIDE, EXTRACTS, LAYERS, ActionDraft, PhrasedOperation, lows, substances
 from labgym.protocols.reading.figures import figures, plain
 from labgym.protocols.reading.filtrations import settle_filtrations
 from labgym.protocols.reading.holding import hold, is_adjusted, wait
-from labgym.protocols.reading.lexicon import MANNERS, QUALITIES, SOLUTIONS, VESSELS, Frame
+from labgym.protocols.reading.lexicon import MANNERS, SOLUTIONS, VESSELS, Frame
 from labgym.protocols.reading.mentions import SubstanceMention
 from labgym.protocols.reading.phrases import read_phrases
 from labgym.protocols.reading.references import materials, product, refer, reference
 from labgym.protocols.reading.results import complete, give, give_alone
 from labgym.protocols.reading.separations import clear, over
 from labgym.protocols.reading.stated import held_at
-from labgym.protocols.reading.tokens import Sentence, Token, sentences
+from labgym.protocols.reading.tokens import Sentence, Token, leaves, sentences
+from labgym.protocols.reading.unread import unread
 
 _MONITOR = re.compile(
     r"\b(?:LC-?/?MS|TLC|HPLC|GC|t\.l\.c\.)(?: analysis| control| monitoring)? (?:showed|shows|"
@@ -30,13 +31,6 @@ _MONITOR = re.compile(
     r"|\bno starting material remain|\b(?:as )?(?:monitored|followed|judged|determined|indicated|"
     r"shown) by (?:TLC|HPLC|LC-?/?MS|GC|tlc)"
 )
-_NUMBERED = frozenset((
-    "example", "examples", "step", "steps", "scheme", "preparation", "compound", "formula", "intermediate",
-    "reference", "section", "table", "method", "part", "procedure", "figure", "no.", "no", "vol.", "page",
-    "claim", "structure", "number", "product", "ref", "entry", "gave", "give", "afforded", "afford",
-    "yielded", "yield", "yields", "affords", "gives", "provide", "whatman", "gel",
-))  # fmt: skip
-_NUMBER = re.compile(r"^\d{1,6}(?:[.,]\d{1,6})?$")
 _EFFECTS = frozenset(("Quench", "Dissolve", "MakeSolution", "Add", "AdjustPH", "Crystallize"))
 """Operations that an infinitive names as the effect of another one."""
 _COLD = frozenset(("cooled", "cold", "chilled", "precooled", "pre-cooled", "ice-cold", "ice-cooled"))
@@ -45,19 +39,11 @@ _ISOLATING = frozenset((
     "Sublime", "Triturate",
 ))  # fmt: skip
 """Operations with which a procedure may end: they leave a product."""
-_CLASSES = frozenset((
-    "acid", "alcohol", "aldehyde", "amide", "amine", "anhydride", "bromide", "chloride", "ester", "hydrazide",
-    "hydrochloride", "ketone", "salt",
-))  # fmt: skip
-"""Classes of substances by which a text calls its batch."""
 _PREPARED = frozenset(("prepared", "made", "synthesized", "synthesised"))
-_RESULTING = frozenset(("resulting", "resultant", "desired", "crude", "corresponding", "formed", "title", "obtained"))
-_BATHS = frozenset(("bath", "baths", "addition", "evolution"))
-"""Nouns before which a name says what a bath holds, repeats what was added, or is a gas that escapes."""
-MAX_ABBREVIATION = 8
-"""Longest name in parentheses that repeats the name before them."""
 _SPECTRUM = re.compile(r"[-+]?\d+(?:\.\d+)?(?:-\d+(?:\.\d+)?)? ?\(")
 """Peaks with which data go on: "3.99 (s, 3H)"."""
+_ELUENTS = frozenset(("gradient", "eluent", "eluant"))
+"""Words of a sentence that describes the chromatography before it."""
 _FRAMES: dict[Frame, Callable[[ActionDraft, PhrasedOperation], None]] = {
     "theme": add,
     "with": treat,
@@ -89,12 +75,12 @@ def read_procedure(text: str) -> ActionList:
     for sentence in parts:
         in_data = _read(draft, sentence, in_data)
     settle_filtrations(draft)
-    unread = tuple(sorted((*_unread(draft, parts), *draft.doubts), key=lambda item: item.start))
+    missing = tuple(sorted((*unread(draft, parts), *draft.doubts), key=lambda item: item.start))
     return ActionList(
         text=text,
         actions=tuple(draft.actions),
-        outcome=_outcome(draft, unread),
-        unread=unread,
+        outcome=_outcome(draft, missing),
+        unread=missing,
         product=draft.product[:500],
         result=draft.result[:300],
         roles=draft.roles,
@@ -112,13 +98,13 @@ def _read(draft: ActionDraft, sentence: Sentence, in_data: bool) -> bool:
     tokens = sentence.tokens
     parts = clauses(tokens)
     if in_data and tokens and _is_data(draft, tokens, parts):
-        draft.own(tokens[0].start, tokens[-1].end)
+        draft.own(tokens[0].start, tokens[-1].end, ASIDE)
         return True
     if tokens:
         _read_tokens(draft, tokens, parts)
     if sentence.data is None:
         return False
-    draft.own(*sentence.data)
+    draft.own(*sentence.data, ASIDE)
     if not complete(draft, sentence.data) and draft.last_verb not in ("", "Analyze"):
         draft.emit("Analyze", sentence.data)
     return True
@@ -128,7 +114,7 @@ def _is_data(draft: ActionDraft, tokens: Sequence[Token], parts: Sequence[VerbCl
     """Return whether a sentence continues the data before it: it has peaks, or no operation and no amount."""
     if _SPECTRUM.match(draft.plain[tokens[0].start : tokens[0].start + 60]):
         return True
-    kinds = {token.figure.kind for token in _leaves(tokens) if token.figure is not None}
+    kinds = {token.figure.kind for token in leaves(tokens) if token.figure is not None}
     return not parts and not kinds & {"mass", "volume"}
 
 
@@ -168,6 +154,11 @@ def _read_operations(
     early = watched is not None and bool(parts) and watched.start() < draft.found(parts[0])[0]
     if watched is not None and early:
         draft.emit("Monitor", watched.span())
+    if not parts and draft.last_verb == "Chromatograph" and lows(tokens) & _ELUENTS:
+        note = "; ".join(filter(None, (draft.actions[-1].note, draft.text[start:end])))
+        draft.actions[-1] = draft.actions[-1].model_copy(update={"note": note[:400]})
+        draft.own(start, end, ASIDE)
+        return
     match = reference(draft.plain, start, end)
     if match is None:
         _own_prepared(draft, tokens, bool(parts))
@@ -244,6 +235,7 @@ def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:
         draft.own_all(substances(after))
         draft.own_all(operation.conditions)
         return
+    draft.own_all(token for token in clause.group[-1:] if token.kind == "name")
     draft.own_names([phrase for phrase in before if set(phrase.nouns) & (LAYERS | EXTRACTS | SOLUTIONS)])
     if _is_intended(draft, operation, is_first):
         return
@@ -298,13 +290,13 @@ def _is_repeated(draft: ActionDraft, names: Sequence[SubstanceMention], over: bo
     return bool(names)
 
 
-def _outcome(draft: ActionDraft, unread: Sequence[Unread]) -> Outcome:
+def _outcome(draft: ActionDraft, missing: Sequence[Unread]) -> Outcome:
     verbs = [action.verb for action in draft.actions]
     if "Refers" in verbs:
         return "refers"
     before = [action for action in draft.actions if action.verb in ("Add", "MakeSolution", "Dissolve", "Hydrogenate")]
     measured = any(_is_measured(portion.amount) for action in before for portion in action.takes)
-    quantities = any(item.why.startswith("amount") for item in unread)
+    quantities = any(item.why.startswith("amount") for item in missing)
     last = next((verb for verb in reversed(verbs) if verb not in ("Analyze", "Wash", "Monitor")), "")
     ends = "Yield" in verbs or last in _ISOLATING
     is_clear = not (draft.started_with_batch or quantities or draft.doubts)
@@ -313,124 +305,3 @@ def _outcome(draft: ActionDraft, unread: Sequence[Unread]) -> Outcome:
 
 def _is_measured(amount: str) -> bool:
     return bool(re.search(r"\d (?:g|mL|mol|mmol|mg|equiv|parts)\b", amount))
-
-
-def _unread(draft: ActionDraft, parts: Iterable[Sentence]) -> Iterable[Unread]:
-    taken = {portion.name.lower() for action in draft.actions for portion in action.takes}
-    for sentence in parts:
-        _own_descriptions(draft, sentence.tokens, taken)
-        before = {token.start: sentence.tokens[k - 1] for k, token in enumerate(sentence.tokens) if k}
-        for token in _leaves(sentence.tokens):
-            if any(draft.owned[token.start : token.end]):
-                continue
-            kind = token.figure.kind if token.figure is not None else None
-            if kind is not None and kind not in ("other", "length", "ratio") and not _is_once(token):
-                yield Unread(
-                    start=token.start,
-                    end=token.end,
-                    text=draft.text[token.start : token.end],
-                    why=f"amount or condition ({kind}) that no action owns",
-                )
-            elif token.kind == "word" and _NUMBER.match(token.text) and not _is_numbering(before.get(token.start)):
-                yield Unread(
-                    start=token.start, end=token.end, text=token.text, why="number without a unit that is known"
-                )
-            elif token.kind == "name" and len(token.text) > 2 and token.low not in QUALITIES:
-                yield Unread(
-                    start=token.start,
-                    end=token.end,
-                    text=draft.text[token.start : token.end][:1000],
-                    why="name that no action owns",
-                )
-
-
-def _is_once(token: Token) -> bool:
-    return token.figure is not None and token.figure.kind == "repeats" and token.figure.value == 1.0
-
-
-def _own_descriptions(draft: ActionDraft, tokens: Sequence[Token], taken: set[str]) -> None:
-    """Own names that describe the batch or repeat a name: "the ether solution", "N-chlorosuccinimide (NCS)"."""
-    for before, run, following in _name_runs(tokens):
-        describes = following is not None and following.low in LAYERS | EXTRACTS | _BATHS
-        if describes or _is_class(before, run, following) or _is_named_again(draft, before, run, following, taken):
-            draft.own(run[0].start, run[-1].end)
-    _own_observed(draft, tokens)
-    for token, following in pairwise(tokens):
-        if token.figure is not None and following.low in ("column", "columns", "cartridge"):
-            draft.own(token.start, token.end)
-        is_column = token.low in ("silica", "gel", "alumina") and following.low in ("column", "columns", "cartridge")
-        if is_column and any(action.verb == "Chromatograph" for action in draft.actions):
-            _own_column(draft, tokens, token)
-        inner = [item for item in following.inner if item.kind not in ("mark", "figure")]
-        abbreviates = len(inner) == 1 and inner[0].kind == "name" and len(inner[0].text) <= MAX_ABBREVIATION
-        if following.kind == "group" and abbreviates and draft.owned[token.end - 1]:
-            draft.own(inner[0].start, inner[0].end)
-
-
-def _is_named_again(
-    draft: ActionDraft, before: Sequence[str], run: Sequence[Token], following: Token | None, taken: set[str]
-) -> bool:
-    """Return whether a definite name without an amount repeats one that was taken or made: "the ester was stirred".
-
-    The last word of a name repeats it, too: "the ether solution" behind "diethyl ether".
-    """
-    names = taken | {portion.name.lower() for action in draft.actions for portion in action.gives}
-    name = draft.text[run[0].start : run[-1].end].lower()
-    known = name in names or name in {item.split()[-1] for item in names if item}
-    solved = following is not None and following.low in SOLUTIONS
-    measured = following is not None and (following.figure is not None or (following.kind == "group" and not solved))
-    return known and not measured and (solved or bool({"the", "this", "all"} & set(before)))
-
-
-def _own_observed(draft: ActionDraft, tokens: Sequence[Token]) -> None:
-    """Own the names of what is waited for, "until the uptake of hydrogen ceased", and the oil of a dispersion."""
-    waits = False
-    for token in tokens:
-        waits = (waits or token.low in ("until", "till")) and token.kind != "mark"
-        if waits and token.kind == "name":
-            draft.own(token.start, token.end)
-        if token.kind == "group" and lows(token.inner) & {"dispersion", "suspension"}:
-            draft.own_all(item for item in token.inner if item.low in ("mineral", "paraffin"))
-
-
-def _name_runs(tokens: Sequence[Token]) -> Iterable[tuple[list[str], list[Token], Token | None]]:
-    """Yield the names of a sentence, each with the two words before it, in lower case, and the token behind it."""
-    run: list[Token] = []
-    for place, token in enumerate((*tokens, None)):
-        if token is not None and token.kind == "name":
-            run.append(token)
-            continue
-        if run:
-            first = place - len(run)
-            yield [each.low for each in tokens[max(0, first - 2) : first]], run, token
-        run = []
-
-
-def _is_class(before: Sequence[str], run: Sequence[Token], following: Token | None) -> bool:
-    """Return whether a name is a class that stands for the batch: "the resulting acid chloride"."""
-    named = bool(set(before) & _RESULTING) or ("the" in before and len(run) > 1) or before[-1:] == ["this"]
-    measured = following is not None and (following.kind == "group" or following.figure is not None)
-    return named and not measured and all(token.low in _CLASSES for token in run)
-
-
-def _own_column(draft: ActionDraft, tokens: Sequence[Token], last: Token) -> None:
-    """Own the size and the packing of a column: "a 40 g silica gel column"."""
-    place = next(k for k, token in enumerate(tokens) if token is last)
-    for token in reversed(tokens[max(0, place - 2) : place + 1]):
-        if token.low not in ("silica", "gel", "alumina") and (token.figure is None or token.figure.kind != "mass"):
-            break
-        draft.own(token.start, token.end)
-
-
-def _is_numbering(before: Token | None) -> bool:
-    """Return whether a number behind a token counts something or numbers it: "Example 3", "compound 12"."""
-    named = before is not None and (before.low in _NUMBERED or before.text.endswith("®"))
-    return before is None or before.kind in ("name", "mark", "group") or named
-
-
-def _leaves(tokens: Iterable[Token]) -> Iterable[Token]:
-    for token in tokens:
-        if token.kind == "group":
-            yield from _leaves(token.inner)
-        else:
-            yield token

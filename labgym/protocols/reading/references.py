@@ -17,11 +17,11 @@ _REFERS = re.compile(
     r"\b(?:(?:as|that|those|conditions|procedures?|methods?|manner|way|process|"
     r"steps?) (?:described|set forth|set out|given|outlined|indicated|used|reported|in)"
     r"(?: (?:above|earlier|previously|for|in|by|under|the|preparation|synthesis|of|"
-    r"general))* ?(?:Example|Ex\.|EXAMPLE|example|Step|step|Preparation|Procedure|procedure|"
+    r"general))* ?(?:part|Part|Example|Ex\.|EXAMPLE|example|Step|step|Preparation|Procedure|procedure|"
     r"Method|method|Scheme|Intermediate|Reference|reference)"
     r"|according to (?:the )?(?:\w+ )?(?:general )?(?:procedures?|methods?|process|Example|"
     r"EXAMPLE|example|protocols?|Scheme|manner)"
-    r"|(?:analogous|similar|identical)(?:ly)? (?:procedure |manner |fashion |way )?(?:to|as)\b"
+    r"|(?:[Aa]nalogous|[Ss]imilar|identical)(?:ly)? (?:procedure |manner |fashion |way )?(?:to|as)\b"
     r"|in an? (?:analogous|similar|identical) (?:manner|fashion|way)|in the same (?:manner|way|"
     r"fashion) (?:as|of)|in a manner (?:analogous|similar|identical)"
     r"|(?:[Ff]ollowing|[Bb]y|[Uu]sing|[Uu]nder|from) (?:the |"
@@ -43,6 +43,7 @@ _REFERRED = re.compile(
 _MADE = re.compile(
     r"\b(?:prepared?|Following|followed|added|obtained|synthesi[sz]ed|made|produced|converted|carried out|"
     r"reacted|performed|gave|yielded|treated|isolated|substituting|repeated|purified|working up|"
+    r"methylated|oxidi[sz]ed|condensation|affords|"
     r"worked up|conducted|given|afforded|get|substituted|Reaction)\b",
     re.IGNORECASE,
 )

@@ -91,16 +91,25 @@ def complete(draft: ActionDraft, span: tuple[int, int]) -> bool:
     words = draft.plain[slice(*span)].lstrip(" ,;:(").lower().removeprefix("the ")
     values = figures(draft.plain[slice(*span)])
     actions = draft.actions
-    if words.startswith(("yield", "overall crude yield")) and draft.last_verb == "Yield" and actions[-1].gives:
-        share = next((item for item in values if item.kind == "percent"), None)
-        if share is not None:
-            first, *rest = actions[-1].gives
-            stated = ", ".join(filter(None, (first.amount, written(share))))
-            gives = (first.model_copy(update={"amount": stated}), *rest)
+    if (
+        words.startswith(("yield", "weight", "overall crude yield"))
+        and draft.last_verb == "Yield"
+        and actions[-1].gives
+    ):
+        first, *rest = actions[-1].gives
+        told = {item.kind: written(item) for item in reversed(values) if item.kind in ("mass", "percent")}
+        more = [
+            told[kind]
+            for kind, unit in (("mass", " g"), ("percent", " %"))
+            if kind in told and unit not in first.amount
+        ]
+        if more:
+            stated = ", ".join(filter(None, (first.amount, *more)))
+            gives = (first.model_copy(update={"amount": stated[:200]}), *rest)
             actions[-1] = actions[-1].model_copy(update={"gives": gives})
         return True
     measured = [item for item in values if item.kind in ("mass", "percent")]
-    if words.startswith("yield") and measured and actions and actions[-1].verb not in ("Analyze", "Refers"):
+    if words.startswith(("yield", "weight")) and measured and actions and actions[-1].verb not in ("Analyze", "Refers"):
         product = Portion(name="product", amount=", ".join(map(written, measured[:2])), assumed=True)
         draft.emit("Yield", span, gives=(product,), assumed=("gives",))
         return True

@@ -60,7 +60,7 @@ def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
             note = draft.text[operation.clause.before[0].start : operation.span[1]]
         draft.act("Repeat", operation, takes, note=note[:400])
         return
-    if verb == "PhaseSeparation":
+    if verb == "PhaseSeparation" and not _is_on_a_column(operation):
         collect(draft, operation)
         return
     if head.low.startswith(("remov", "elimin", "freed")):
@@ -70,9 +70,10 @@ def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
             return
         if not _is_evaporated(draft, operation, subject):
             return
+    note = ""
     if verb == "Distill" and _is_solvent_distilled(operation):
-        verb = "Concentrate"
-    if verb == "Chromatograph" or (verb == "Purify" and _is_on_a_column(operation)):
+        verb, note = "Concentrate", _distilled_off(draft, operation)
+    if verb in ("Chromatograph", "PhaseSeparation") or (verb == "Purify" and _is_on_a_column(operation)):
         _chromatograph(draft, operation)
         return
     if verb == "Purify" and any("recrystallization" in (*item.nouns, *item.words) for item in operation.phrases):
@@ -85,13 +86,25 @@ def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
     draft.own_names(operation.phrases)
     if verb != "Wait":
         draft.last_solid = False
-        draft.act(verb, operation, takes, note=_reached(draft, operation))
+        draft.act(verb, operation, takes, note=note or _reached(draft, operation))
+
+
+def _distilled_off(draft: ActionDraft, operation: PhrasedOperation) -> str:
+    """Return the amounts that a text says are distilled off, own them, and charge nothing of them."""
+    off = [item for phrase in operation.before for item in phrase.substances if item.is_measured]
+    for phrase in operation.before:
+        draft.own_names([phrase])
+        phrase.substances = []
+    for item in off:
+        draft.own_all((item, *item.amounts))
+    return ", ".join(f"{draft.text[item.start : item.end]}, {item.amounts[0].text}" for item in off)[:400]
 
 
 def _is_solvent_distilled(operation: PhrasedOperation) -> bool:
-    """Return whether a solvent is distilled off, "the solvent was distilled off", and the batch stays."""
-    subject = lows(operation.clause.before) & {"solvent", "solvents", "volatiles"}
-    return bool(subject) and operation.head.passive and lows(operation.clause.after[:2]) >= {"off"}
+    """Return whether something is distilled off and the batch stays: "the solvent was removed by distillation"."""
+    head, subject = operation.head, lows(operation.clause.before)
+    off = "off" in lows(operation.clause.after[:2]) or head.low.startswith(("remov", "eliminat", "evaporat"))
+    return off and (head.passive or head.method != "") and not subject & {"product", "fraction", "residue"}
 
 
 def _charge_subject(draft: ActionDraft, operation: PhrasedOperation) -> None:
@@ -193,12 +206,12 @@ def _dry(draft: ActionDraft, operation: PhrasedOperation) -> None:
     agents = [
         phrase
         for phrase in with_substances(operation.after, "over", "with", "on", "by", "using", "")
-        if phrase.prep or not set(phrase.nouns) & (LAYERS | EXTRACTS | {"solution"})
+        if phrase.prep or not (set(phrase.nouns) & (LAYERS | EXTRACTS | {"solution"}) or phrase.substances[0].weak)
     ]
     before = lows(operation.clause.before)
     words = before | lows(operation.clause.after)
     heated = any(item.kind in ("temperature", "pressure") for item in operation.conditions)
-    airy = bool(words & _DRYING)
+    airy = bool(words & _DRYING) or "-" in operation.head.low
     solid = draft.last_solid or bool(before & (SOLID | {"residue", "foam", "powder"}))
     if airy and not agents and before & {"filtrate", "filtrates", "solution", "eluate"}:
         draft.act("Concentrate", operation)
@@ -209,6 +222,7 @@ def _dry(draft: ActionDraft, operation: PhrasedOperation) -> None:
         draft.own_names(operation.phrases)
         gas: dict[str, Any] = {"atmosphere": "air"} if "air" in words else {}
         draft.act("DrySolid", operation, **gas)
+        _weigh(draft, operation)
     else:
         draft.act("DrySolution", operation)
 
@@ -224,7 +238,7 @@ def _filter(draft: ActionDraft, operation: PhrasedOperation) -> None:
     aids = with_substances(operation.after, "over", "through", "on", "via", "with")
     is_collected = head.low.startswith(("collect", "isolat", "recover"))
     is_unwanted = bool(subject & _UNWANTED) or head.low.startswith(("remov", "eliminat", "freed"))
-    is_product = "product" in subject and not subject & _LIQUIDS
+    is_product = bool(subject & {"product", "crystals"}) and not subject & _LIQUIDS
     is_unwanted = (is_unwanted and not is_product) or _REMOVING.match(draft.plain, operation.span[1]) is not None
     solid = (is_product or bool(subject & (SOLID | {"crystals"}))) and not subject & _UNDISSOLVED and not is_unwanted
     cleared = (is_unwanted or bool(aids) or draft.last_verb == "DrySolution") and not is_collected and not solid
@@ -239,7 +253,11 @@ def _filter(draft: ActionDraft, operation: PhrasedOperation) -> None:
 
 
 def _weigh(draft: ActionDraft, operation: PhrasedOperation) -> None:
-    """Append the result of a filtration that tells what it gives: "was collected by filtration (0.54 g, 90%)"."""
+    """Append the result of an operation that tells what it gives: "was collected by filtration (0.54 g, 90%)"."""
+    for phrase in operation.before:
+        for item in phrase.substances if set(phrase.nouns) & SOLID else ():
+            if {value.kind for value in item.amounts} & {"mass"}:
+                draft.emit("Yield", (item.start, item.end), gives=(draft.yielded(item),))
     loose = [item for phrase in operation.after for item in phrase.loose]
     weighed = [item for item in loose if item.kind in ("mass", "substance", "percent")]
     if any(item.kind == "mass" for item in weighed):

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from labgym.protocols.reading.figures import QuantitySpan
@@ -15,7 +15,7 @@ _CHUNK = re.compile(r"\S+")
 LONGEST_BRACKET = 400
 """Longest bracket, characters; a longer one is taken for two signs that do not belong together."""
 _OPEN, _CLOSE = "([{", ")]}"
-_LEADING, _TRAILING = "\"'*{}=?!~/", ",;:\"'*?!=/([{"
+_LEADING, _TRAILING = "\"'*{}=?!~/,;:", ",;:\"'*?!=/([{"
 _OCR_TAIL = re.compile(r"^\d{1,2}(?:[A-Z(·].*)?$")
 _OCR_HEAD = re.compile(r"^(?:[A-Za-z)]*+[\d(\[\]·.-])*+[a-z)]*+[A-Z][A-Za-z)]*+$")
 _ABBREVIATIONS = frozenset(
@@ -72,7 +72,9 @@ _ABBREVIATIONS = frozenset(
 )
 _DATA = re.compile(
     r"(?<![A-Za-z0-9])(?:\d{1,3} ?[HCFPN][- ]{0,2}NMR|NMR\b|[mM]\. ?[pP]\b\.?|[mM][pP]\b|"
-    r"[mM]elting (?:at|point|range|with)|melt(?:s|ed (?:at|from|between))\b"
+    r"[mM]elting (?:at|near|point|range|with)|[bB]oiling (?:at|from|near) (?:about )?(?=\d)"
+    r"|melt(?:s|ed (?:at|from|between))\b|(?:decomposes|distills?) (?:at|above) (?=\d)|m\.r\. "
+    r"|[Ww]eight: (?=\d)|(?<!was )(?<!is )(?<!were )boil(?:ed|s) at (?=\d)"
     r"|(?:ES|EI|CI|FAB|LR|HR|LC|GC|MALDI|ESI|APCI|DCI|FD)[-+/ ]{0,2}MS\b(?! (?:showed|indicated|"
     r"analysis showed|revealed|confirmed))"
     r"|MS[- ]?(?=[(:=+mME[])|HRMS|m/[ze]\b|M/[ZE]\b|IR ?(?=[(:])|I\.R\.|FT-?IR|R ?f\b ?[=:0(~]|"
@@ -150,7 +152,8 @@ def _chunk(text: str, start: int, end: int) -> Iterator[Token]:
     tail: list[int] = []
     while start < end:
         first, last = text[start], text[end - 1]
-        if first in _LEADING or (first in _OPEN and start not in partners):
+        glued = first == "." and text[start + 1 : start + 2].isalpha()
+        if first in _LEADING or first in _CLOSE or glued or (first in _OPEN and start not in partners):
             yield _mark(text, start)
             start += 1
         elif last in _TRAILING or (last in _CLOSE and end - 1 not in closed) or _is_stop(text, start, end):
@@ -199,6 +202,8 @@ def _parted(text: str, start: int, end: int) -> Iterator[Token]:
         low = word.lower()
         verb = verb_word(low)
         kind: TokenKind = "verb" if verb is not None else "name" if names_substance(word) else "word"
+        if not any(map(str.isalnum, word)):
+            kind = "mark"
         yield Token(first, last, word, low, kind, None, verb)
 
 
@@ -208,7 +213,8 @@ def _pair_cuts(text: str, start: int, end: int) -> Iterator[int]:
         return
     for sign in "/:":
         parts = word.split(sign)
-        if len(parts) > 1 and all(_is_partner(part) for part in parts) and word.lower() != "pd/c":
+        fused = sign == ":" and "[" in word
+        if len(parts) > 1 and not fused and all(_is_partner(part) for part in parts) and word.lower() != "pd/c":
             at = start
             for part in parts[:-1]:
                 at += len(part)
@@ -337,11 +343,27 @@ def _grouped(tokens: Sequence[Token]) -> tuple[Token, ...]:
     return tuple(stack[0])
 
 
+def _without_inner_data(tokens: Sequence[Token], places: list[int]) -> Iterator[Token]:
+    """Yield the tokens without data in brackets behind which the sentence goes on; those leave `places`.
+
+    The data of a bracket end at its next comma: "(194 g, purity: 84%, 1 mol) was added".
+    """
+    last = max((token.start for token in tokens if token.kind == "verb"), default=0)
+    for token in tokens:
+        found = [place for place in places if token.kind == "group" and token.start < place < token.end < last]
+        for place in found:
+            places.remove(place)
+            stop = next((item.start for item in token.inner if item.text in ",;" and item.start > place), token.end)
+            token = replace(token, inner=tuple(item for item in token.inner if not place <= item.start < stop))
+        yield token
+
+
 def _without_data(text: str, tokens: tuple[Token, ...]) -> Sentence:
     if not tokens:
         return Sentence(())
     start, end = tokens[0].start, tokens[-1].end
     places = [match.start() for match in (*_DATA.finditer(text, start, end), *_ROTATION.finditer(text, start, end))]
+    tokens = tuple(_without_inner_data(tokens, places))
     places = [place for place in places if not text[max(start, place - 12) : place].rstrip(" ,(").endswith("ether")]
     if not places:
         return Sentence(tokens)
@@ -354,3 +376,12 @@ def _without_data(text: str, tokens: tuple[Token, ...]) -> Sentence:
             return Sentence(kept)
     kept = tuple(token for token in tokens if token.end <= cut)
     return Sentence(kept, (kept[-1].end if kept else start, end))
+
+
+def leaves(tokens: Iterable[Token]) -> Iterator[Token]:
+    """Yield the tokens of a sentence, those inside of brackets one by one."""
+    for token in tokens:
+        if token.kind == "group":
+            yield from leaves(token.inner)
+        else:
+            yield token

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from labgym.protocols.reading.lexicon import (
@@ -23,9 +24,14 @@ from labgym.protocols.reading.tokens import Token
 _ORIGINS = frozenset(("example", "step", "formula", "preparation", "structure", "intermediate"))
 _CIRCUMSTANCES = frozenset(("vacuo", "vacuum", "reflux", "reduced", "high", "pressure"))
 _METALS = frozenset(("palladium", "platinum", "rhodium", "ruthenium", "pd", "pt", "rh", "ru", "hydroxide", "catalyst"))
-_SUPPORTS = frozenset(("carbon", "charcoal", "activated", "alumina", "barium", "calcium", "c", "silica", "powdered"))
+_SUPPORTS = frozenset(
+    ("carbon", "charcoal", "activated", "alumina", "barium", "calcium", "c", "silica", "powdered", "caco3", "baso4")
+)
 _NAME_TAILS = frozenset(("gel", "earth", "ester", "salt", "dust", "reagent", "sieves"))
 _LEAD_SALTS = frozenset(("acetate", "azide", "carbonate", "chloride", "iodide", "nitrate", "oxide", "sulfate"))
+_DEVICES = frozenset((
+    "condenser", "funnel", "inlet", "mantle", "separator", "stirrer", "syringe", "thermometer", "trap", "tube",
+))  # fmt: skip
 _TAILS = _NAME_TAILS | frozenset(
     ("example", "step", "formula", "free", "base", "charcoal", "catalyst", "oil", "powder", "solid")
 )
@@ -106,11 +112,18 @@ def _in(draft: PhraseDraft, word: Word) -> bool:
 def _equipment(draft: PhraseDraft, word: Word) -> bool:
     if word.low not in ("equipped", "fitted", "provided"):
         return False
-    breaks = (k for k in range(word.place, len(draft.tokens)) if draft.tokens[k].text in (",", ";"))
-    end = next(breaks, len(draft.tokens))
+    breaks = [k for k in range(word.place, len(draft.tokens)) if draft.tokens[k].text in (",", ";")]
+    ends = zip(breaks, [*breaks[1:], len(draft.tokens)], strict=False)
+    end = next((first for first, last in ends if not _is_device(draft.tokens[first + 1 : last])), len(draft.tokens))
     draft.skip = end - 1
     draft.phrase.remarks.append((word.token.start, draft.tokens[end - 1].end))
     return True
+
+
+def _is_device(tokens: Sequence[Token]) -> bool:
+    """Return whether tokens name a further part of an apparatus: "and a water separator"."""
+    named = any(token.kind == "name" for token in tokens) and not _DEVICES & {token.low for token in tokens}
+    return bool(tokens) and not named and not any(token.kind in ("figure", "group") for token in tokens)
 
 
 def _such_as(draft: PhraseDraft, word: Word) -> bool:
@@ -148,7 +161,9 @@ def _supported(draft: PhraseDraft, word: Word) -> bool:
 def _preposition(draft: PhraseDraft, word: Word) -> bool:
     if word.low not in PREPOSITIONS:
         return False
-    if word.low == "containing" and (draft.phrase.solution is not None or draft.phrase.substances):
+    previous = draft.tokens[word.place - 1].low if word.place else ""
+    joins = word.low == "with" and previous in ("together", "along")
+    if joins or (word.low == "containing" and (draft.phrase.solution is not None or draft.phrase.substances)):
         draft.separate()
     else:
         draft.open(word.low, word.token.start)
@@ -260,7 +275,7 @@ def _ends_name(draft: PhraseDraft, place: int) -> bool:
     if draft.tokens[place - 1].kind != "name":
         return False
     closed = after is None or after.kind in ("group", "mark") or after.low in ("and", "or") or after.low in PREPOSITIONS
-    return closed and len(word) > 3 and word.isalpha() and word.islower()
+    return closed and len(word) > 3 and word.isalpha() and word.islower() and not word.endswith("ed")
 
 
 _RULES = (

@@ -57,8 +57,6 @@ REDUCTANTS = frozenset({"sulfite", "weak_reducer", "alcohol"})
 """Groups of what destroys an oxidizer in a quench."""
 FAST_PARTNERS = frozenset({"acyl_halide", "aldehyde", "anhydride", "chlorosilane", "ester", "ketone"})
 """Groups with which an organometallic has reacted when the step that brings them together is over."""
-ALKYLATED_MIN, ALKYLATED_C = 60.0, 15.0
-"""Least time and temperature after which an organometallic has reacted with an alkyl halide, minutes and Celsius."""
 COLD_END_C = 30.0
 """Highest temperature at which a step that ends a reaction may bring together what reacts violently."""
 
@@ -312,7 +310,6 @@ def pairs_stay_within_their_limits(case: ProtocolCase) -> Iterator[Finding]:
     met: dict[tuple[str, str], bool] = {}
     reported: set[tuple[str, str]] = set()
     destroyed: set[str] = set()
-    alkylated: set[tuple[str, str]] = set()
     amounts = {use.name: moles(case.catalog.get(use.name), use.amount) for use in case.protocol.reagents}
     known = {name: value for name, value in amounts.items() if value is not None}
     last = ROOM_TEMPERATURE
@@ -325,13 +322,11 @@ def pairs_stay_within_their_limits(case: ProtocolCase) -> Iterator[Finding]:
         celsius = min(ROOM_TEMPERATURE, cold) if temperature is None else temperature
         last = celsius if temperature is not None or situation.step.action in CHARGING else ROOM_TEMPERATURE
         for pair, limit in _limits(case, situation):
-            if not destroyed.isdisjoint(pair) or pair in alkylated or (pair in met and _has_reacted(case, pair)):
+            if not destroyed.isdisjoint(pair) or (pair in met and _has_reacted(case, pair)):
                 continue
             first = pair not in met
             ends = situation.step.action in ENDING and celsius <= COLD_END_C
             met.setdefault(pair, ends)
-            if _is_alkylated(case, pair, situation.step.duration, celsius):
-                alkylated.add(pair)
             if pair in reported or (limit.ends and met[pair]):
                 continue
             highest = limit.meets if first and limit.meets is not None else limit.above
@@ -348,13 +343,6 @@ def _has_reacted(case: ProtocolCase, pair: tuple[str, str]) -> bool:
     """Return whether a pair that was brought together within its limits is an organometallic with its electrophile."""
     first, second = (_groups(case, name) for name in pair)
     return any("organometallic" in a and not FAST_PARTNERS.isdisjoint(b) for a, b in ((first, second), (second, first)))
-
-
-def _is_alkylated(case: ProtocolCase, pair: tuple[str, str], minutes: float | None, celsius: float) -> bool:
-    """Return whether a step is long and warm enough for an organometallic to have reacted with an alkyl halide."""
-    first, second = (_groups(case, name) for name in pair)
-    couple = any("organometallic" in a and "halogenated_organic" in b for a, b in ((first, second), (second, first)))
-    return couple and minutes is not None and minutes >= ALKYLATED_MIN and celsius >= ALKYLATED_C
 
 
 def _is_any_of(asset: Asset, groups: frozenset[str]) -> bool:

@@ -13,7 +13,7 @@ from labgym.assets import Asset
 from labgym.protocols.amounts import Amount, read_amount
 from labgym.protocols.apparatus import APPARATUS
 from labgym.protocols.capability import stirs, weighs
-from labgym.protocols.contents import STILL, Situation
+from labgym.protocols.contents import ASIDE_ADDED, STILL, Situation
 from labgym.protocols.rules.conditions import MISCIBLE
 from labgym.protocols.rules.finding import Finding, ProtocolCase
 from labgym.protocols.rules.safety import HEATED_ACTIONS
@@ -152,7 +152,7 @@ def destruction_names_its_agent(case: ProtocolCase) -> Iterator[Finding]:
             named = bool(agents) or REDUCTANT.search(rest)
             what, remedy = f"{verb[0].lower() if verb else ''} {oxidant[0].lower()}", "add SodiumSulfite to its uses"
         else:
-            named = bool(situation.added) or AGENT.search(rest) or REDUCTANT.search(rest)
+            named = bool(situation.added) or ASIDE_ADDED in step.text or AGENT.search(rest) or REDUCTANT.search(rest)
             what, remedy = (verb[0].lower() if verb else "quench"), "add the reagent that does it to its uses"
         if not named:
             message = f"step {step.index} ({step.action}) says {what!r} and names nothing that does it"

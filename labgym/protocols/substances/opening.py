@@ -42,7 +42,7 @@ _LEADING = re.compile(
     re.IGNORECASE,
 )
 _TRAILING = re.compile(
-    r"(?<![\s,])[\s,]++(?:solution|gas|powder|pellets|dust|turnings|salt|\(?aq\.?\)?)\s*$", re.IGNORECASE
+    r"(?<![\s,])[\s,]++(?:solution|gas|powder|pellets|dust|turnings|salt|catalyst|\(?aq\.?\)?)\s*$", re.IGNORECASE
 )
 _REMARK = re.compile(r"^(.*[^\s(])\s+\(([^()]*)\)$")
 _STRENGTH = re.compile(r"^\s*\d+(?:\.\d+)?\s*(?:M|N|%|wt\s?%|mol/L)\s+(?:solution\s+of\s+)?(?=\D)")

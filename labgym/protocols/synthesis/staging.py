@@ -213,6 +213,8 @@ class _Stager:
         sensitive = any(is_pyrophoric(self.catalog.get(name)) or name in AIR_SENSITIVE for name in names)
         if sensitive and action.atmosphere is None and not INERT.search(action.note):
             action = _with_note(action.model_copy(update={"atmosphere": "nitrogen"}), "nitrogen is assumed")
+        if action.part == "solution" and not action.takes:
+            action = _with_note(action, ASIDE_ADDED)
         if not self.reacting and action.verb in ("Add", "Dissolve"):
             self.volume += self._millilitres(action)
         for portion, name in zip(action.takes, names, strict=True):
@@ -284,8 +286,6 @@ class _Stager:
             elif at > hottest + SUPERHEAT_K:
                 action = _with_note(action, f"{at:g} C is taken as the temperature of the bath, the mixture boils")
                 at = hottest
-        if action.part == "solution" and not action.takes:
-            action = _with_note(action, ASIDE_ADDED)
         vessel = self.vessel
         if not self.in_flask:
             vessel = "RoundBottomFlask"
@@ -325,12 +325,13 @@ class _Stager:
             if not self.builder.takes("Hydrogen"):
                 self.builder.take(self.catalog.get("Hydrogen"), "reactant", "from the cylinder")
             gas = (*names, "Hydrogen")
+        funnel = ("GraduatedCylinder",) if self._millilitres(action) else ()
         if action.pressure is not None and action.pressure > BALLOON_LIMIT_BAR:
             self.vessel = self._closed_vessel(HYDROGENATORS, action.pressure)
-            self._do(self._transferred(action), gas, device=(self.vessel,))
+            self._do(self._transferred(action), gas, device=(self.vessel,), funnel=funnel)
         else:
             bath = _bath(action.temperature)
-            self._do(action, gas, device=("HydrogenBalloon",), vessel=(self.vessel,), bath=bath)
+            self._do(action, gas, device=("HydrogenBalloon",), vessel=(self.vessel,), bath=bath, funnel=funnel)
 
     def _purge(self, action: Action, names: tuple[str, ...]) -> None:
         self._do(action, names, vessel=(self.vessel,), gas=self._gas(action) or ("SchlenkLine",))

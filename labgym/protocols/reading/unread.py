@@ -1,0 +1,204 @@
+"""Unread: what of a text no action states: names, amounts and conditions.
+
+One rule for all sentences: a quantity is stated by an action, set aside as the size of a vessel or as data, or unread.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
+
+from labgym.protocols.experiments.model import Action
+from labgym.protocols.reading.actions import Unread
+from labgym.protocols.reading.draft import ASIDE, EXTRACTS, LAYERS, ActionDraft, lows
+from labgym.protocols.reading.figures import QuantitySpan
+from labgym.protocols.reading.lexicon import QUALITIES, SOLUTIONS
+from labgym.protocols.reading.mentions import CONDITIONS, MEASURES
+from labgym.protocols.reading.stated import written
+from labgym.protocols.reading.tokens import Sentence, Token, leaves
+
+_NUMBERED = frozenset((
+    "example", "examples", "step", "steps", "scheme", "preparation", "compound", "formula", "intermediate",
+    "reference", "section", "table", "method", "part", "procedure", "figure", "no.", "no", "vol.", "page",
+    "claim", "structure", "number", "product", "ref", "entry", "gave", "give", "afforded", "afford",
+    "yielded", "yield", "yields", "affords", "gives", "provide", "whatman", "gel",
+))  # fmt: skip
+_NUMBER = re.compile(r"^\d{1,6}(?:[.,]\d{1,6})?$")
+_CLASSES = frozenset((
+    "acid", "alcohol", "aldehyde", "amide", "amine", "anhydride", "bromide", "chloride", "ester", "hydrazide",
+    "hydrochloride", "ketone", "salt",
+))  # fmt: skip
+"""Classes of substances by which a text calls its batch."""
+_RESULTING = frozenset(("resulting", "resultant", "desired", "crude", "corresponding", "formed", "title", "obtained"))
+_BATHS = frozenset(("bath", "baths", "addition", "evolution"))
+"""Nouns before which a name says what a bath holds, repeats what was added, or is a gas that escapes."""
+MAX_ABBREVIATION = 8
+"""Longest name in parentheses that repeats the name before them."""
+_CHECKED = MEASURES | CONDITIONS
+"""Kinds of figures that an action must state."""
+_AMOUNT_PARTS = re.compile(r", | of | x ")
+_WAITED = ("evolution", "uptake", "absorption", "generation", "consumption")
+_BARE_UNIT = re.compile(r"^(?:grams?|[km]g|m[lL]|milliliters?|millilitres?|m?mol(?:es?)?)$")
+_COLUMNS = ("column", "columns", "cartridge")
+
+
+def unread(draft: ActionDraft, parts: Iterable[Sentence]) -> Iterator[Unread]:
+    """Yield the spans of a text that no action states, in no order."""
+    taken = {portion.name.lower() for action in draft.actions for portion in action.takes}
+    stated = _statements(draft.actions)
+    yield from _doubled(draft)
+    for sentence in parts:
+        _own_descriptions(draft, sentence.tokens, taken)
+        before = {token.start: sentence.tokens[k - 1] for k, token in enumerate(sentence.tokens) if k}
+        before |= {item.start: token for token in sentence.tokens if _measures(token) for item in token.inner}
+        for token in leaves(sentence.tokens):
+            why = _lack(draft, before.get(token.start), token, stated)
+            if why:
+                text = draft.text[token.start : token.end][:1000]
+                yield Unread(start=token.start, end=token.end, text=text, why=why)
+
+
+def _doubled(draft: ActionDraft) -> Iterator[Unread]:
+    """Yield names with two masses or volumes, of which one belongs to something else; liquids may be used in turn."""
+    for action in draft.actions:
+        for portion in action.takes if action.verb not in ("Extract", "Wash") else ():
+            parts = (part.split(" of ")[0].split() for part in portion.amount.split(", ") if part[:1].isdigit())
+            units = [part[-1] for part in parts]
+            if portion.span is not None and max(units.count("g"), units.count("mL")) > 1:
+                start, end = portion.span
+                why = f"amount of another substance: {portion.amount[:100]} stand with one name"
+                yield Unread(start=start, end=end, text=portion.name, why=why)
+
+
+def _lack(draft: ActionDraft, before: Token | None, token: Token, stated: set[str | float]) -> str:
+    """Return why a token is unread, or ""; `before` is the token before it, or the bracket that it begins."""
+    figure = token.figure
+    owned = max(draft.owned[token.start : token.end], default=0)
+    if figure is not None:
+        lost = figure.kind in _CHECKED and owned != ASIDE and not _is_stated(draft, figure, stated)
+        if lost or not (owned or figure.kind in ("other", "length", "ratio") or _is_once(figure)):
+            return f"amount or condition ({figure.kind}) that no action owns"
+    elif owned:
+        return ""
+    elif token.kind == "word" and _NUMBER.match(token.text) and not _is_numbering(before, token):
+        return "number without a unit that is known"
+    elif token.kind == "word" and _BARE_UNIT.match(token.text) and draft.plain[token.start - 1] != "(":
+        return "unit of an amount without a number that is known"
+    elif token.kind == "name" and len(token.text) > 2 and token.low not in QUALITIES:
+        return "name that no action owns"
+    return ""
+
+
+def _statements(actions: Iterable[Action]) -> set[str | float]:
+    """Return the amounts, notes and conditions that actions state."""
+    stated: set[str | float] = set()
+    for action in actions:
+        amounts = [portion.amount for portion in (*action.takes, *action.gives)]
+        stated |= {part for amount in amounts for part in _AMOUNT_PARTS.split(amount)}
+        notes = action.note.replace(";", ",").split(", ")
+        stated |= {part.removeprefix("to ").removesuffix(" in all") for part in notes}
+        held = [action.temperature, action.duration, action.pressure, action.ph]
+        held += [value for period in action.then for value in (period.temperature, period.duration)]
+        stated |= {value for value in held if value is not None}
+    return stated
+
+
+def _is_stated(draft: ActionDraft, figure: QuantitySpan, stated: set[str | float]) -> bool:
+    """Return whether an action states a figure: as an amount, as a condition, or as written in its note."""
+    if figure.kind in CONDITIONS:
+        return figure.value in stated
+    return written(figure).split(" x ")[-1] in stated or draft.text[figure.start : figure.end] in stated
+
+
+def _is_once(figure: QuantitySpan) -> bool:
+    return figure.kind == "repeats" and figure.value == 1.0
+
+
+def _own_descriptions(draft: ActionDraft, tokens: Sequence[Token], taken: set[str]) -> None:
+    """Own names that describe the batch or repeat a name: "the ether solution", "N-chlorosuccinimide (NCS)"."""
+    for before, run, following in _name_runs(tokens):
+        describes = following is not None and following.low in LAYERS | EXTRACTS | _BATHS
+        if describes or _is_class(before, run, following) or _is_named_again(draft, before, run, following, taken):
+            draft.own(run[0].start, run[-1].end)
+    _own_observed(draft, tokens)
+    for token, following in pairwise(tokens):
+        if token.figure is not None and following.low in _COLUMNS:
+            draft.own(token.start, token.end, ASIDE)
+        is_column = token.low in ("silica", "gel", "alumina") and following.low in _COLUMNS
+        if is_column and any(action.verb == "Chromatograph" for action in draft.actions):
+            _own_column(draft, tokens, token)
+        inner = [item for item in following.inner if item.kind not in ("mark", "figure")]
+        abbreviates = len(inner) == 1 and inner[0].kind == "name" and len(inner[0].text) <= MAX_ABBREVIATION
+        if following.kind == "group" and abbreviates and draft.owned[token.end - 1]:
+            draft.own(inner[0].start, inner[0].end)
+
+
+def _is_named_again(
+    draft: ActionDraft, before: Sequence[str], run: Sequence[Token], following: Token | None, taken: set[str]
+) -> bool:
+    """Return whether a definite name without an amount repeats one that was taken or made: "the ester was stirred".
+
+    The last word of a name repeats it, too: "the ether solution" behind "diethyl ether".
+    """
+    names = taken | {portion.name.lower() for action in draft.actions for portion in action.gives}
+    name = draft.text[run[0].start : run[-1].end].lower()
+    known = name == "catalyst" or name in names or name in {item.split()[-1] for item in names if item}
+    solved = following is not None and following.low in SOLUTIONS
+    measured = following is not None and (following.figure is not None or (following.kind == "group" and not solved))
+    return known and not measured and (solved or bool({"the", "this", "all"} & set(before)))
+
+
+def _own_observed(draft: ActionDraft, tokens: Sequence[Token]) -> None:
+    """Own the names of what is waited for, "until the uptake of hydrogen ceased", and the oil of a dispersion."""
+    waits, previous = False, ""
+    for token in tokens:
+        waits = (waits or token.low in ("until", "till")) and token.kind != "mark"
+        waits = waits or (token.low == "of" and previous in _WAITED)
+        previous = token.low
+        if waits and token.kind == "name":
+            draft.own(token.start, token.end)
+        if token.kind == "group" and lows(token.inner) & {"dispersion", "suspension"}:
+            draft.own_all(item for item in token.inner if item.low in ("mineral", "paraffin"))
+
+
+def _name_runs(tokens: Sequence[Token]) -> Iterable[tuple[list[str], list[Token], Token | None]]:
+    """Yield the names of a sentence, each with the two words before it, in lower case, and the token behind it."""
+    run: list[Token] = []
+    for place, token in enumerate((*tokens, None)):
+        if token is not None and token.kind == "name":
+            run.append(token)
+            continue
+        if run:
+            first = place - len(run)
+            yield [each.low for each in tokens[max(0, first - 2) : first]], run, token
+        run = []
+
+
+def _is_class(before: Sequence[str], run: Sequence[Token], following: Token | None) -> bool:
+    """Return whether a name is a class that stands for the batch: "the resulting acid chloride"."""
+    named = bool(set(before) & _RESULTING) or ("the" in before and len(run) > 1) or before[-1:] == ["this"]
+    measured = following is not None and (following.kind == "group" or following.figure is not None)
+    return named and not measured and all(token.low in _CLASSES for token in run)
+
+
+def _own_column(draft: ActionDraft, tokens: Sequence[Token], last: Token) -> None:
+    """Own the size and the packing of a column: "a 40 g silica gel column"."""
+    place = next(k for k, token in enumerate(tokens) if token is last)
+    for token in reversed(tokens[max(0, place - 2) : place + 1]):
+        if token.low not in ("silica", "gel", "alumina") and (token.figure is None or token.figure.kind != "mass"):
+            break
+        draft.own(token.start, token.end, ASIDE)
+
+
+def _is_numbering(before: Token | None, number: Token) -> bool:
+    """Return whether a number behind a token counts something or numbers it: "Example 3", "compound 12"."""
+    named = before is not None and (before.low in _NUMBERED or before.text.endswith("®"))
+    inside = before is not None and before.end > number.start
+    closed = before is not None and before.kind == "group" and not (inside and "." in number.text)
+    return before is None or before.kind in ("name", "mark") or closed or named
+
+
+def _measures(token: Token) -> bool:
+    """Return whether a bracket has a mass, a volume or an amount of substance."""
+    return any(item.figure is not None and item.figure.kind in MEASURES for item in token.inner)
