@@ -10,6 +10,7 @@
 # make lint     check formatting, lint, types, the import contract and the English
 # make docs     regenerate the environment page and tables in docs/
 # make site     build documentation, leaderboard with replays in 3D, gallery and model zoo; open runs/site/index.html
+# make pictures-check  check that pictures of LabNav's episodes show robot, goal and subject (480 of them: 40 min)
 # make clean    remove .venv, caches and runs
 # Pass arguments with ARGS: make run ARGS="--seed 1", make test ARGS="-k layouts"
 # Choose the interpreter with PYTHON: make run PYTHON=python3.12
@@ -21,7 +22,7 @@ STAMP := $(VENV)/.installed
 ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help run test test-long test-all install install-locked lock lowest fuzz lint docs site clean
+.PHONY: help run test test-long test-all install install-locked lock lowest fuzz lint docs site pictures-check clean
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -64,6 +65,9 @@ docs: install
 site: install
 	$(BIN)/labgym leaderboard --out runs/site/leaderboard
 	$(BIN)/python -m sphinx -q -W --keep-going -c docs . runs/site
+
+pictures-check: install
+	$(BIN)/python .ci/pictures $(ARGS)
 
 install: $(STAMP)
 

@@ -132,11 +132,11 @@ EPISODES = {
 FILM = {
     "people": (VAL, "floors-val-0009/0", 33),
     "glass": (VAL, "floors-val-0008/2", 30),
-    "aisle": (VAL, "floors-val-0006/2", 25),
-    "moved": (VAL, "floors-val-0001/1", 30),
+    "aisle": (VAL, "floors-val-0002/0", 75),
+    "moved": (VAL, "floors-val-0000/0", 12),
     "carry": (VAL, "floors-val-0001/1", 0),
-    "dock": (VAL, "floors-val-0004/0", 33),
-    "odometry": (VAL, "floors-val-0009/2", 30),
+    "dock": (VAL, "floors-val-0004/0", 34),
+    "odometry": (VAL, "floors-val-0000/1", 45),
     "shift": (MINI, "floors-val-0005/0", 20),
 }
 """The README's film by task: suite, episode, and the control step at which its shot begins."""

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -22,8 +23,8 @@ def test_generated_files_are_what_the_command_makes():
 
 
 @pytest.fixture(scope="module")
-def schemas() -> dict[str, dict[str, object]]:
-    """The JSON Schemas of the site by name."""
+def generate() -> ModuleType:
+    """The module docs/generate.py."""
     spec = importlib.util.spec_from_file_location("labgym_docs_generate", ROOT / "docs" / "generate.py")
     assert spec is not None
     assert spec.loader is not None
@@ -31,6 +32,19 @@ def schemas() -> dict[str, dict[str, object]]:
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(ROOT / "docs")
         spec.loader.exec_module(generate)
+    return generate
+
+
+def test_the_film_shows_published_episodes_of_all_tasks(generate):
+    assert set(generate.FILM) == set(generate.FIGURE_TASKS)
+    for task, (suite, key, _) in generate.FILM.items():
+        part, episode, _ = generate.published_episode(suite, f"{task}-{generate.HEADLINE}/{key}")
+        assert (part.task, episode.key) == (task, key)
+
+
+@pytest.fixture(scope="module")
+def schemas(generate) -> dict[str, dict[str, object]]:
+    """The JSON Schemas of the site by name."""
     return {document.SCHEMA: generate.tagged(document.model_json_schema(), document) for document in generate.DOCUMENTS}
 
 

@@ -14,7 +14,10 @@ from sphinx.application import Sphinx
 
 LEADERBOARD = "leaderboard/index.html"
 """Page that `labgym leaderboard --out` writes into the site before it is built."""
+DRIVE = "docs/pictures/labnav_people.jpg"
+"""Picture of an episode on the front page."""
 LABNAV = f"""<h2>LabNav</h2>
+<p class="laboratory"><img src="{{drive}}" alt="An episode of the task people: its plan and the robot among people"></p>
 <p><a href="{LEADERBOARD}#leaderboard">Leaderboard</a>: eight tasks, all published policies.</p>
 <p><a href="{LEADERBOARD}#episodes">Episodes in 3D</a>: 60 drives to replay beside their plan.</p>
 """
@@ -50,7 +53,7 @@ PAGE = """<!doctype html>
 """
 
 
-def front_page(out: Path, runs: Path, titles: dict[str, str], pictures: dict[str, str]) -> str:
+def front_page(out: Path, runs: Path, titles: dict[str, str], pictures: dict[str, str], drive: str) -> str:
     """Return the front page.
 
     Args:
@@ -63,7 +66,7 @@ def front_page(out: Path, runs: Path, titles: dict[str, str], pictures: dict[str
     links = [f'<li><a href="{address}">{escape(name)}</a></li>' for name, address in addresses.items()]
     return PAGE.format(
         style=files("labgym.eval.reports").joinpath("templates/site.css").read_text("utf-8"),
-        labnav=LABNAV if (out / LEADERBOARD).is_file() else "",
+        labnav=LABNAV.format(drive=drive) if (out / LEADERBOARD).is_file() else "",
         runs="".join(links) or NO_RUNS,
         gallery="".join(FIGURE.format(address, escape(words)) for address, words in pictures.items()),
         models="".join(f'<li><a href="{page}.html">{escape(title)}</a></li>' for page, title in cards.items()),
@@ -79,7 +82,8 @@ def write_front_page(app: Sphinx, exception: Exception | None) -> None:
     pictures = {f"_images/{app.env.images[name][1]}": f"Laboratory: {stems[name]}" for name in names}
     titles = {page: app.env.titles[page].astext() for page in app.env.found_docs}
     out = Path(app.outdir)
-    page = front_page(out, Path(app.srcdir) / "runs", titles, pictures)
+    drive = f"_images/{app.env.images[DRIVE][1]}"
+    page = front_page(out, Path(app.srcdir) / "runs", titles, pictures, drive)
     (out / "index.html").write_text(page, "utf-8")
 
 

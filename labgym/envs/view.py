@@ -28,7 +28,7 @@ from labgym.layouts import Layout
 from labgym.scenes import Quality, RayScene, SceneMesh, make_renderer, to_mjcf
 from labgym.scenes.batches import batched_spec, in_view
 from labgym.scenes.building import building_patches
-from labgym.scenes.cutaway import walls_across
+from labgym.scenes.cutaway import across
 from labgym.scenes.mesh import MATERIAL_NAMES, ROOM
 from labgym.scenes.mjcf import VISUAL_GROUP
 from labgym.scenes.opengl import LARGEST, drop, on_render_thread
@@ -245,7 +245,7 @@ def _walls_between(layout: Layout, model: mujoco.MjModel, pose: Pose, camera: mu
     azimuth = math.radians(camera.azimuth)
     level = camera.distance * math.cos(math.radians(camera.elevation))
     eye = camera.lookat[0] - level * math.cos(azimuth), camera.lookat[1] - level * math.sin(azimuth), 0.0
-    hidden = walls_across(floor, eye, (pose[0], pose[1], 0.0))
+    hidden = across(floor, eye, np.array([pose[:2]]))
     return [model.geom(patch.name).id for patch in building_patches(floor) if patch.wall in hidden]
 
 

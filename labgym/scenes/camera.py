@@ -51,19 +51,19 @@ def subtended(length: float, distance: float) -> float:
     return math.degrees(2.0 * math.atan2(length / 2.0, distance))
 
 
-def fitted(points: Array, bearing: float, pitch: float, fovy: float) -> View:
-    """Return the nearest camera of a wide picture that has all points (n, 3) in its field of view.
+def fitted(points: Array, bearing: float, pitch: float, fovy: float, aspect: float = WIDE) -> View:
+    """Return the nearest camera that has all points (n, 3) in its field of view.
 
     Args:
         bearing: direction from the points to the camera in the plane; pitch: its angle above the horizontal, radians.
-        fovy: vertical field of view, degrees.
+        fovy: vertical field of view, degrees. aspect: width over height of the picture.
     """
     level = math.cos(pitch)
     back = (level * math.cos(bearing), level * math.sin(bearing), math.sin(pitch))
     axes = View(back, (0.0, 0.0, 0.0), fovy).axes()
     local = points @ axes.T
     tall = math.tan(math.radians(fovy) / 2.0) * FILL
-    slopes = np.array([tall * WIDE, tall])
+    slopes = np.array([tall * aspect, tall])
     # A point is in view if |p - c| <= slope (distance - depth) along right and up, which is linear in the unknowns.
     high = (local[:, :2] + local[:, 2:] * slopes).max(axis=0)
     low = (-local[:, :2] + local[:, 2:] * slopes).max(axis=0)

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.geometry import to_local, to_world
+from labgym.geometry import OrientedBox, to_local, to_world
 from labgym.layouts import Layout, Placement
 from labgym.layouts.floor import Floor, Wall
 from labgym.layouts.placement import WALL
@@ -19,9 +19,12 @@ BEHIND = 0.03
 """Distance from the face of a wall at which a space behind it is looked up, meters."""
 SPACING = 0.5
 """Distance between the places along a wall where a space behind it is looked up, meters."""
+FREE = 0.05
+"""Least distance between a wall and what does not hang on it, meters."""
 CACHED = 32
 """Number of floors whose sides of walls are cached."""
 
+Array = NDArray[np.float64]
 Point = tuple[float, float, float]
 
 
@@ -34,7 +37,7 @@ def hidden_walls(floor: Floor, position: Point) -> tuple[str, ...]:
     x0, y0, x1, y1 = floor.bounds
     if x0 <= x <= x1 and y0 <= y <= y1:
         return ()
-    return (*near_walls(floor, x, y), *(upper(column_name(k)) for k in range(len(floor.columns))))
+    return (*near_walls(floor, x, y), *uppers(floor)[len(floor.walls) :])
 
 
 def near_walls(floor: Floor, x: float, y: float) -> tuple[str, ...]:
@@ -45,19 +48,36 @@ def near_walls(floor: Floor, x: float, y: float) -> tuple[str, ...]:
     return tuple(upper(wall_name(int(k))) for k in np.flatnonzero(behind))
 
 
-def walls_across(floor: Floor, start: Point, end: Point) -> tuple[str, ...]:
-    """Return the upper parts of the walls that a line of sight crosses in the plane."""
-    walls = Obstacles(wall.box for wall in floor.walls)
-    crossed = walls.segment_distances(np.array([start[:2]]), np.array([end[:2]]))[0] == 0.0
-    return tuple(upper(wall_name(int(k))) for k in np.flatnonzero(crossed))
+def uppers(floor: Floor) -> tuple[str, ...]:
+    """Return the upper parts of all walls and columns."""
+    names = (*map(wall_name, range(len(floor.walls))), *map(column_name, range(len(floor.columns))))
+    return tuple(upper(name) for name in names)
+
+
+def across(floor: Floor, position: Point, ends: Array) -> tuple[str, ...]:
+    """Return the upper parts of the walls and columns that lines of sight from a camera cross in the plane.
+
+    Args:
+        ends: (n, 2) of the lines, meters.
+    """
+    columns = [OrientedBox(each.x, each.y, each.width, each.depth, each.yaw) for each in floor.columns]
+    boxes = Obstacles([*(wall.box for wall in floor.walls), *columns])
+    distances = boxes.segment_distances(np.tile(position[:2], (len(ends), 1)), ends)
+    crossed = (distances == 0.0).any(axis=0)
+    return tuple(name for name, crosses in zip(uppers(floor), crossed, strict=True) if crosses)
 
 
 def hanging_on(layout: Layout, placement: Placement) -> str | None:
-    """Return the upper part of the wall that a wall-mounted placement hangs on; None for other placements."""
+    """Return the upper part of the wall that a wall-mounted placement hangs on.
+
+    None for other placements, and for glass screens, which stand free.
+    """
     if placement.support != WALL:
         return None
     x, y, _ = placement.position
     distances = Obstacles(wall.box for wall in layout.floor.walls).point_distances(np.array([[x, y]]))[0]
+    if distances.min() > layout.box(placement.id).depth / 2.0 + FREE:
+        return None
     return upper(wall_name(int(distances.argmin())))
 
 

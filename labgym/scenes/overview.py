@@ -131,7 +131,8 @@ def clear_overview(layout: Layout) -> View:
     mesh = scene_mesh(layout, hidden_walls(layout.floor, views[0].position))
     eyes = Eyes(mesh)
     furniture = large_furniture(layout)
-    counts = [int((eyes.pixels(view, HEIGHT, len(layout.placements))[furniture] >= FEWEST).sum()) for view in views]
+    size, owners = (round(HEIGHT * WIDE), HEIGHT), len(layout.placements)
+    counts = [int((eyes.pixels(view, size, owners)[furniture] >= FEWEST).sum()) for view in views]
     return views[int(np.argmax(counts))]
 
 
@@ -149,19 +150,19 @@ def _fronts(layout: Layout) -> tuple[tuple[float, float], ...]:
 
 
 class Eyes:
-    """Counts what is seen of a mesh."""
+    """Counts what is seen of a mesh; each of its faces is opaque."""
 
     def __init__(self, mesh: SceneMesh) -> None:
         flat = np.zeros((len(mesh.faces), 3, 3), dtype=np.float32)
         self._surfaces = Surfaces(mesh, np.arange(len(mesh.faces)), flat)
 
-    def pixels(self, view: View, height: int, owners: int) -> NDArray[np.int64]:
-        """Return how many pixels of a wide picture show each of a number of owners, shape (owners,)."""
-        width = round(height * WIDE)
+    def pixels(self, view: View, size: tuple[int, int], owners: int) -> NDArray[np.int64]:
+        """Return how many pixels of a picture of a size, (width, height), show each of the owners, shape (owners,)."""
+        width, height = size
         x, y = np.meshgrid((np.arange(width) + 0.5) / width * 2.0 - 1.0, 1.0 - (np.arange(height) + 0.5) / height * 2.0)
         tall = math.tan(math.radians(view.fovy) / 2.0)
         right, up, backward = view.axes()
-        rays = x.reshape(-1, 1) * tall * WIDE * right + y.reshape(-1, 1) * tall * up - backward
+        rays = x.reshape(-1, 1) * tall * width / height * right + y.reshape(-1, 1) * tall * up - backward
         rays /= np.linalg.norm(rays, axis=1, keepdims=True)
         eye = np.tile(np.array(view.position, dtype=np.float32), (len(rays), 1))
         hits = self._surfaces.cast(eye, np.ascontiguousarray(rays, dtype=np.float32), smooth=False)

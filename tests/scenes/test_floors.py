@@ -18,7 +18,7 @@ from labgym.layouts.floor.solids import leaf
 from labgym.layouts.floors import FAMILIES, draw_floor
 from labgym.scenes import MissingRendererError, RayScene, make_renderer, scene_mesh, to_mjcf, views, write_usd
 from labgym.scenes.building import building_patches, building_solids, leaves_of
-from labgym.scenes.cutaway import hidden_walls, walls_across
+from labgym.scenes.cutaway import across, hidden_walls
 from labgym.scenes.mesh import ROOM
 from labgym.scenes.mjcf import COLLISION_GROUP
 from labgym.scenes.views import picture_view
@@ -269,8 +269,8 @@ def test_what_hangs_on_a_hidden_wall_is_hidden_with_it() -> None:
 
 def test_lines_of_sight_are_crossed_by_the_walls_between() -> None:
     floor = floors.suite()
-    assert walls_across(floor, (2.0, 1.0, 2.0), (2.0, 3.0, 1.0)) == ()
-    assert walls_across(floor, (2.0, 8.0, 2.0), (4.0, 1.0, 1.0)) == ("wall_4/upper", "wall_5/upper")
+    assert across(floor, (2.0, 1.0, 2.0), np.array([(2.0, 3.0)])) == ()
+    assert across(floor, (2.0, 8.0, 2.0), np.array([(4.0, 1.0)])) == ("wall_4/upper", "wall_5/upper")
 
 
 def test_every_space_and_every_exit_has_a_camera_and_workplaces_are_seen_from_their_space(layout: Layout) -> None:

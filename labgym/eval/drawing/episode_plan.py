@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 FURNITURE, EDGE = "#dfe2e4", "#a7aeb4"
 ROUTE, DRIVEN, GOAL, ROBOT_COLOR = "#0f6fb5", "#d97706", "#2c7a3f", "#0b7a7a"
-PERSON, UNSEEING, PANE, NECK = "#8e63b8", "#5a2a86", "#00a6c8", "#c2185b"
+PERSON, UNSEEING, PANE, NECK = "#8e63b8", "#5a2a86", "#00a6c8", "#c62828"
 """Colors of people who yield to the robot and of those who do not see it, of glass, and of the neck of a route."""
 SHOULDERS = 0.26
 """Radius of a person's symbol, meters."""

@@ -16,10 +16,14 @@ from labgym.envs.labnav.tasks import TASKS, config_of
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.robot_mesh import robot_mesh
 from labgym.errors import OptionError, UnknownNameError
+from labgym.eval.drawing.episode_camera import LEAST_PIXELS
 from labgym.eval.drawing.episode_picture import EpisodeWorld, check_picture_path, episode_picture
 from labgym.eval.drawing.episode_plan import neck_of, route_of
-from labgym.eval.drawing.episode_view import spot_of
-from labgym.navigation import ShortestPaths
+from labgym.eval.drawing.episode_view import spot_of, stage_of
+from labgym.navigation import PLANNING_RADIUS, ShortestPaths
+from labgym.scenes.cutaway import uppers
+from labgym.scenes.mesh import joined, scene_mesh
+from labgym.scenes.tracing import trace_view
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +64,7 @@ def test_the_robot_stands_on_its_route_before_the_hard_place(worlds):
     for world in worlds.values():
         route = route_of(world.task)
         spot = spot_of(world.task, route, people_at_start(world.task))
-        space = ShortestPaths(world.task.layout).space
+        space = ShortestPaths(world.task.layout, PLANNING_RADIUS - 0.01).space  # the route touches corners
         assert space.holds(np.array([spot.robot[:2]]))[0]
         gap = np.linalg.norm(route - spot.robot[:2], axis=1).min()
         assert gap < np.linalg.norm(np.diff(route, axis=0), axis=1).max()
@@ -84,6 +88,39 @@ def test_the_picture_has_plan_and_view(worlds):
         episode_picture(worlds["people"], 100, 240)
     with pytest.raises(OptionError, match=r"\.png or \.jpg"):
         check_picture_path(Path("a.svg"))
+
+
+@pytest.mark.parametrize("level", [1, 2, 3])
+@pytest.mark.parametrize("task", list(TASKS))
+def test_the_view_shows_the_robot_the_goal_and_what_makes_the_episode_hard(task, level):
+    layout, episode = drawn_episode(task, level, 6)
+    prepared_task = prepared(task, level, episode, layout)
+    stage = stage_of(prepared_task, route_of(prepared_task), people_at_start(prepared_task))
+    pixels = stage.pixels(stage.best_view(), (450, 280))
+    assert set(pixels) == {"robot", "goal"} | ({"subject"} if task != "odometry" else set())
+    assert min(pixels.values()) >= LEAST_PIXELS
+
+
+def test_counted_pixels_are_those_that_change_in_the_picture_without_the_part(worlds):
+    task = worlds["people"].task
+    stage = stage_of(task, route_of(task), people_at_start(task))
+    view = stage.best_view()
+    hidden, size = stage.hidden(view), (225, 140)
+    goal = stage.parts["goal"]
+    others = joined(*(mesh for name, mesh in stage.parts.items() if name != "goal"))
+    full, without = (
+        trace_view(task.layout, view, *size, 1, added, hidden).astype(int) for added in (joined(others, goal), others)
+    )
+    changed = (np.abs(full - without).max(axis=2) > 40).sum() * (560 / 140) ** 2
+    assert changed == pytest.approx(stage.pixels(view, size)["goal"], rel=0.25)
+
+
+def test_a_pane_stays_in_the_picture_when_the_nearest_wall_is_cut_away(worlds):
+    layout = worlds["glass"].task.layout
+    panes = [k for k, one in enumerate(layout.placements) if "GlassScreen" in one.asset]
+    mesh = scene_mesh(layout, uppers(layout.floor))
+    assert panes
+    assert set(panes) <= set(mesh.owner.tolist())
 
 
 def test_the_robot_of_pictures_has_the_size_of_the_robot():
