@@ -17,8 +17,8 @@ from shapely.affinity import translate
 from labgym.documents import Document, Growing
 from labgym.errors import DocumentError, OptionError
 from labgym.exchange.recognition.picture import Picture
-from labgym.exchange.recognition.rooms import Labels, rooms_of
-from labgym.exchange.recognition.sides import outlines
+from labgym.exchange.recognition.rooms import LEAST_AREA, Labels, rooms_of
+from labgym.exchange.recognition.sides import outlines as outlines_of
 from labgym.exchange.recognition.walls import (
     WIDEST_DOOR,
     PlanWall,
@@ -37,6 +37,7 @@ from labgym.layouts.floor.changes import closed_doors, walls_with
 
 Pair = tuple[float, float]
 Line = tuple[float, float, float, float]
+Corners = Annotated[tuple[Pair, ...], Field(min_length=3, max_length=100)]
 MAX_ROOMS = 60
 """Largest number of rooms of a proposal."""
 MAX_SIZE = 100.0
@@ -68,9 +69,10 @@ class Answers(Document, Growing):
         splits: walls that divide rooms, x0, y0, x1, y1 in the frame of the file, meters.
         merges: numbers of rooms that are one room; with 0 those that are no rooms.
         furniture: areas without walls, x0, y0, x1, y1 of two corners in the frame of the file, meters.
+        outlines: rooms by their corners in the frame of the file, in order, meters.
     """
 
-    ADDED: ClassVar[frozenset[str]] = frozenset({"storey", "furniture"})
+    ADDED: ClassVar[frozenset[str]] = frozenset({"storey", "furniture", "outlines"})
     SCHEMA: ClassVar[str] = "labgym.outline-answers/1"
 
     scale: Annotated[float, Field(gt=0.0, le=1000.0)] | None = None
@@ -81,6 +83,7 @@ class Answers(Document, Growing):
     splits: Annotated[tuple[Line, ...], Field(max_length=100)] = ()
     merges: Annotated[tuple[tuple[int, ...], ...], Field(max_length=50)] = ()
     furniture: Annotated[tuple[Line, ...], Field(max_length=100)] = ()
+    outlines: Annotated[tuple[Corners, ...], Field(max_length=MAX_ROOMS)] = ()
 
 
 @dataclass(frozen=True)
@@ -131,12 +134,20 @@ def recognize(path: str | Path, answers: Answers | None = None) -> Proposal:
 
 
 def _picture(path: Path, answers: Answers) -> tuple[Picture, _Notes]:
-    """Return the picture of a file without --furniture, with the walls of --split, and what is noted about it."""
+    """Return the picture of a file with --furniture, --split and --outline, and what is noted about it."""
     picture, notes = _file_picture(path, answers)
     areas, lines = (
         tuple(((x0, y0), (x1, y1)) for x0, y0, x1, y1 in values) for values in (answers.furniture, answers.splits)
     )
-    return picture.with_floor(areas).with_walls(lines, DRAWN_WALL), notes
+    outlines = tuple(picture.from_file(np.array(corners)) for corners in answers.outlines)
+    for corners, stated in zip(outlines, answers.outlines, strict=True):
+        if not Polygon(corners).is_valid or Polygon(corners).area < LEAST_AREA or not picture.inside(corners).any():
+            x, y = stated[0]
+            raise OptionError(
+                f"--outline {x:g},{y:g},...: name the corners of a room of {LEAST_AREA:g} m² or more in the picture, "
+                "in order, so that no two sides cross"
+            )
+    return replace(picture.with_floor(areas).with_walls(lines, DRAWN_WALL), outlines=outlines), notes
 
 
 def _file_picture(path: Path, answers: Answers) -> tuple[Picture, _Notes]:
@@ -190,7 +201,7 @@ def _labels(picture: Picture, answers: Answers, notes: _Notes) -> Labels:
 
 def _rooms(path: Path, picture: Picture, labels: Labels, coarse: Mapping[int, int] | None = None) -> dict[int, Polygon]:
     """Return the outlines of rooms by number, in the turned frame; those of some rooms with fewer corners."""
-    rooms = outlines(picture, labels, coarse)
+    rooms = outlines_of(picture, labels, coarse)
     if not rooms:
         raise DocumentError(path, "", _nothing(path, picture, labels))
     return rooms

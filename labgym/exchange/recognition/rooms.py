@@ -61,11 +61,24 @@ def rooms_of(picture: Picture, merged: Sequence[Sequence[int]] = ()) -> tuple[La
     if picture.rooms is None:
         labels = _with_rest(picture, labels)
         dropped = [(column, row) for column, row in dropped if not labels[row, column]]
-    labels = _by_size(labels)
+    labels = _by_size(_stated(picture, labels))
     for group in merged:
         labels = _merged(picture, labels, group)
     labels = _filled(picture, labels)
     return labels if picture.drawn else _without_openings(picture, labels), dropped
+
+
+def _stated(picture: Picture, labels: Labels) -> Labels:
+    """Return labels with the rooms that answers state; rooms that lie mostly in one of them are no more."""
+    result = labels.copy()
+    for corners in picture.outlines:
+        room = picture.inside(corners)
+        whole, within = np.bincount(result.ravel()), np.bincount(result[room], minlength=int(result.max(initial=0)) + 1)
+        replaced = within > 0.5 * whole
+        replaced[0] = False
+        result[replaced[result]] = 0
+        result[room] = len(whole)
+    return result
 
 
 def _divided(picture: Picture) -> Labels:

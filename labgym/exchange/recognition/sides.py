@@ -36,6 +36,9 @@ THINNEST = 0.045
 APART = 0.08
 """Least distance between rooms: the thickness of the thinnest wall, meters."""
 
+UNCHANGED = 0.9
+"""Least overlap of a room with the outline that an answer states for it."""
+
 
 @dataclass(frozen=True)
 class _Side:
@@ -85,16 +88,35 @@ def outlines(picture: Picture, labels: Labels, coarse: Mapping[int, int] | None 
     rings_ = [ring for rings in rooms.values() for ring in rings]
     _to_common_lines(rings_, LINE[picture.drawn], same_way=True)
     _to_common_lines(rings_, THINNEST, same_way=False)  # else slits stay between a side and the end of another
-    result: dict[int, Polygon] = {}
+    result = _stated(picture, labels)
     for label, rings in rooms.items():
+        if label in result:
+            continue
         area: Polygon | MultiPolygon = largest(Polygon(_corners(rings[0])))
         for ring in rings[1:]:  # a hole that lies on the outline cuts the room
-            area = largest(difference(area, largest(Polygon(_corners(ring)))))
+            hole = largest(Polygon(_corners(ring)))
+            slanted = any(side.axis is None for side in ring)
+            area = largest(difference(area, hole.minimum_rotated_rectangle if slanted else hole))
         for other in result.values():
             if not area.is_empty and area.distance(other) < APART - 1e-6:
                 area = largest(difference(area, grown(other, APART)))
         if area.area >= 0.5:
             result[label] = area
+    return dict(sorted(result.items()))
+
+
+def _stated(picture: Picture, labels: Labels) -> dict[int, Polygon]:
+    """Return the outlines that answers state, of rooms that no other answer changes."""
+    result: dict[int, Polygon] = {}
+    for corners in picture.outlines:
+        room = picture.inside(corners)
+        label = int(np.bincount(labels[room]).argmax()) if room.any() else 0
+        if label and (room & (labels == label)).sum() > UNCHANGED * max(room.sum(), (labels == label).sum()):
+            area: Polygon | MultiPolygon = Polygon(corners)
+            for other in result.values():
+                if area.distance(other) < APART - 1e-6:
+                    area = largest(difference(area, grown(other, APART)))
+            result[label] = largest(area)
     return result
 
 

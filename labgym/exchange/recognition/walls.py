@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
+import shapely
 from shapely import LineString, Polygon, STRtree
 from shapely import Point as ShapelyPoint
 from shapely.geometry.polygon import orient
@@ -183,14 +184,27 @@ def _outer(label: int, side: tuple[Point, Point], low: float, high: float, rooms
     def at(along: float, across: float) -> Point:
         return x0 + along * ux + across * uy, y0 + along * uy - across * ux
 
+    def body(start: float, end: float, thickness: float) -> Polygon:
+        return Polygon([at(start, TOUCH), at(end, TOUCH), at(end, thickness), at(start, thickness)])
+
+    near = [room for room in rooms if room.intersects(body(low, high, THICKNESS[0]))]
     for thickness in THICKNESS:
-        ends = low + TOUCH, high - TOUCH
-        body = Polygon([at(ends[0], TOUCH), at(ends[1], TOUCH), at(ends[1], thickness), at(ends[0], thickness)])
-        if not any(body.intersects(other) for other in rooms):
-            beyond = LineString([at(low, thickness + BEHIND), at(high, thickness + BEHIND)])
-            other = -1 if any(room.distance(beyond) < BEHIND - TOUCH for room in rooms) else 0
-            return PlanWall(at(low, thickness / 2.0), at(high, thickness / 2.0), thickness, (label, other))
-    return None
+        if not any(body(low + TOUCH, high - TOUCH, thickness).intersects(room) for room in near):
+            break
+    else:  # at an acute corner of the room the wall is shorter than its side
+        blocked = []
+        for room in near:
+            corners = shapely.get_coordinates(body(low + TOUCH, high - TOUCH, thickness).intersection(room))
+            places = (corners - (x0, y0)) @ (ux, uy) - low
+            blocked += [(float(places.min()) - TOUCH, float(places.max()) + TOUCH)] if len(places) else []
+        parts = [(min(end, high - low) - start, start) for start, end in _left(high - low, blocked)]
+        part, start = max(parts, default=(0.0, 0.0))
+        low, high = low + start, low + start + part
+        if part < SHORTEST:
+            return None
+    beyond = LineString([at(low, thickness + BEHIND), at(high, thickness + BEHIND)])
+    other = -1 if any(room.distance(beyond) < BEHIND - TOUCH for room in rooms) else 0
+    return PlanWall(at(low, thickness / 2.0), at(high, thickness / 2.0), thickness, (label, other))
 
 
 def trimmed(walls: Sequence[Wall], rooms: Sequence[Polygon]) -> dict[int, Wall]:
