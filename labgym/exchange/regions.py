@@ -20,6 +20,8 @@ MOST = 64
 """Largest number of rectangles of a region."""
 STEPS = tuple(round(0.05 * 1.2**power, 3) for power in range(20))
 """Widths of the stairs along an oblique side, the first with few enough rectangles, meters."""
+HIGHEST = 0.6
+"""Largest height of a stair that is wider than the narrowest rectangle, meters: its wall is within reach."""
 SAME = 1e-3
 """Coordinates that differ by less are the same, meters."""
 NARROWEST = 0.05
@@ -114,7 +116,10 @@ def _columns(polygon: Polygon, step: float) -> list[list[Slab]]:
     cuts = _distinct([x for edge in edges for x, _ in edge])
     columns: list[list[Slab]] = []
     for low, high in pairwise(cuts):
-        parts = 1 if _slope(edges, low, high) <= SAME else max(1, math.floor((high - low) / step))
+        rise = _slope(edges, low, high)
+        most = max(1, math.floor((high - low) / NARROWEST + SAME))
+        parts = 1 if rise <= SAME else min(max((high - low) / step, rise / HIGHEST), most)
+        parts = max(1, math.floor(parts))
         columns += [_intervals(edges, *ends) for ends in pairwise(np.linspace(low, high, parts + 1).tolist())]
     return columns
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import cv2
 import numpy as np
 from scipy import ndimage
 from shapely import MultiPolygon, Polygon
+from shapely.geometry.polygon import orient
 
 from labgym.exchange.recognition.picture import Array, Mask, Picture, components
 from labgym.exchange.recognition.rooms import Labels
@@ -17,6 +19,8 @@ from labgym.geometry.polygons import difference, grown, largest
 
 ALIGNED = math.radians(7.0)
 """Sides within this angle of the main direction are drawn along it."""
+DRAWN = math.radians(3.0)
+"""The same for sides between corners that a person states."""
 DEVIATION = {False: 0.12, True: 0.04}
 """Deviation of an outline from straight sides, meters; of drawings it is less."""
 JOG = {False: 0.3, True: 0.09}
@@ -77,21 +81,24 @@ def outlines(picture: Picture, labels: Labels, coarse: Mapping[int, int] | None 
             sides along the axes.
     """
     rooms: dict[int, list[list[_Side]]] = {}
+    stated = _stated(picture, labels)
     for label, window in enumerate(ndimage.find_objects(labels), start=1):
         if window is None:
             continue
         x, y = picture.x + window[1].start * picture.cell, picture.y + window[0].start * picture.cell
         level = (coarse or {}).get(label, 0)
-        rings = [_sides(part, (x, y), picture, level) for part in _parts(labels[window] == label, picture)]
+        rings = (
+            [stated[label]]
+            if label in stated
+            else [_sides(part, (x, y), picture, level) for part in _parts(labels[window] == label, picture)]
+        )
         if len(rings[0]) >= 3:
             rooms[label] = [ring for ring in rings if len(ring) >= 3]
     rings_ = [ring for rings in rooms.values() for ring in rings]
     _to_common_lines(rings_, LINE[picture.drawn], same_way=True)
     _to_common_lines(rings_, THINNEST, same_way=False)  # else slits stay between a side and the end of another
-    result = _stated(picture, labels)
+    result: dict[int, Polygon] = {}
     for label, rings in rooms.items():
-        if label in result:
-            continue
         area: Polygon | MultiPolygon = largest(Polygon(_corners(rings[0])))
         for ring in rings[1:]:  # a hole that lies on the outline cuts the room
             hole = largest(Polygon(_corners(ring)))
@@ -102,22 +109,28 @@ def outlines(picture: Picture, labels: Labels, coarse: Mapping[int, int] | None 
                 area = largest(difference(area, grown(other, APART)))
         if area.area >= 0.5:
             result[label] = area
-    return dict(sorted(result.items()))
+    return result
 
 
-def _stated(picture: Picture, labels: Labels) -> dict[int, Polygon]:
-    """Return the outlines that answers state, of rooms that no other answer changes."""
-    result: dict[int, Polygon] = {}
+def _stated(picture: Picture, labels: Labels) -> dict[int, list[_Side]]:
+    """Return the sides of rooms that answers state and no other answer changes; small angles are drawing errors."""
+    result: dict[int, list[_Side]] = {}
     for corners in picture.outlines:
         room = picture.inside(corners)
         label = int(np.bincount(labels[room]).argmax()) if room.any() else 0
         if label and (room & (labels == label)).sum() > UNCHANGED * max(room.sum(), (labels == label).sum()):
-            area: Polygon | MultiPolygon = Polygon(corners)
-            for other in result.values():
-                if area.distance(other) < APART - 1e-6:
-                    area = largest(difference(area, grown(other, APART)))
-            result[label] = largest(area)
+            ring = orient(Polygon(corners)).exterior.coords
+            result[label] = _joined([_between_corners(*ends) for ends in pairwise(ring)])
     return result
+
+
+def _between_corners(start: tuple[float, ...], end: tuple[float, ...]) -> _Side:
+    first, last = (start[0], start[1]), (end[0], end[1])
+    dx, dy = last[0] - first[0], last[1] - first[1]
+    for axis, (along, across) in enumerate(((dx, dy), (dy, dx))):
+        if abs(math.atan2(across, abs(along))) <= DRAWN:
+            return _Side(axis, (first[1 - axis] + last[1 - axis]) / 2.0, first, last)
+    return _Side(None, 0.0, first, last)
 
 
 def _parts(mask: Mask, picture: Picture) -> list[Mask]:
