@@ -221,7 +221,7 @@ def _nothing(path: Path, picture: Picture, labels: Labels) -> str:
 
 def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, notes: _Notes) -> Proposal:
     """Return the proposal; rooms and openings that do not fit a floor are left out one after another."""
-    dropped_openings: set[tuple[float, float]] = set()
+    blocked: set[Pair] = set()
     coarse: dict[int, int] = {}
     left_out: set[int] = set()
     cut_off: set[int] = set()
@@ -237,14 +237,12 @@ def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, n
                 path, "", f"the rooms cover {size[0]:.0f} x {size[1]:.0f} m, over {MAX_SIZE:g} m: give --scale"
             )
         here = _Notes(notes.frame, list(notes.skipped), list(notes.questions))
-        walls = _with_doors(picture, rooms, answers, here, cut_off)
+        walls = _with_doors(picture, rooms, answers, here, cut_off, blocked)
         for label in sorted(set(rooms) - reached(walls, list(rooms))):
             notes.skipped.append(f"{_named(picture, label, rooms[label])}: no wall has place for a door")
             left_out.add(label)
             break
         else:
-            for wall in walls:
-                wall.openings = [o for o in wall.openings if wall.point(sum(o) / 2.0) not in dropped_openings]
             try:
                 floor = _floor(path, rooms, walls, (x0, y0))
             except (ValidationError, OptionError) as error:
@@ -253,7 +251,7 @@ def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, n
                 if isinstance(error, _BlockedError):
                     wall, along = walls[error.wall], error.position
                     middles = [sum(each) / 2.0 for each in wall.openings]
-                    dropped_openings.add(wall.point(min(middles, key=lambda middle: abs(middle - along))))
+                    blocked.add(wall.point(min(middles, key=lambda middle: abs(middle - along))))
                 elif room is not None or isinstance(error, _RoomError):
                     label = error.label if isinstance(error, _RoomError) else int(room[1][5:] if room else 0)
                     if _eased(label, message, coarse, cut_off):
@@ -307,7 +305,12 @@ class _BlockedError(OptionError):
 
 
 def _with_doors(
-    picture: Picture, rooms: Mapping[int, Polygon], answers: Answers, notes: _Notes, cut_off: Set[int]
+    picture: Picture,
+    rooms: Mapping[int, Polygon],
+    answers: Answers,
+    notes: _Notes,
+    cut_off: Set[int],
+    blocked: Set[Pair],
 ) -> list[PlanWall]:
     """Return the walls with the doors that are seen, answered or proposed; rooms that are cut off get another one."""
     walls = walls_around(rooms)
@@ -319,20 +322,22 @@ def _with_doors(
         x, y = picture.from_file(np.array([point]))[0].tolist()
         if not add_door(walls, (x, y)):
             raise OptionError(f"--door {point[0]:g},{point[1]:g}: no wall with place for a door lies within 0.8 m")
+    for wall in walls:
+        wall.openings = [way for way in wall.openings if wall.point(sum(way) / 2.0) not in blocked]
     inside = set(rooms)
     if not any(wall.openings and 0 in wall.rooms for wall in walls):
         first = next(iter(rooms))
-        wall = longest_wall(walls, {first}, {0}) or longest_wall(walls, inside, {0})
+        wall = longest_wall(walls, {first}, {0}, blocked) or longest_wall(walls, inside, {0}, blocked)
         if wall is not None:
             _propose(picture, wall, "no exit is seen; one is proposed", notes)
     for label in sorted(cut_off & inside):
-        wall = longest_wall(walls, {label}, inside - cut_off) or longest_wall(walls, {label}, {0})
+        wall = longest_wall(walls, {label}, inside - cut_off, blocked) or longest_wall(walls, {label}, {0}, blocked)
         if wall is not None:
             _propose(picture, wall, f"no clear way to room {label} is seen; a door is proposed", notes)
     while True:
         there = reached(walls, list(rooms))
         missing = inside - there
-        wall = longest_wall(walls, missing, there & inside) or longest_wall(walls, missing, {0})
+        wall = longest_wall(walls, missing, there & inside, blocked) or longest_wall(walls, missing, {0}, blocked)
         if not missing or wall is None:
             return walls
         label = wall.rooms[0] if wall.rooms[0] in missing else wall.rooms[1]

@@ -11,8 +11,8 @@ from scipy import ndimage
 
 from labgym.exchange.recognition.picture import Mask, Picture, along, closed, components, near, opened
 
-DOOR_WIDTH = 1.1
-"""Width of openings at which rooms are divided, meters."""
+DOOR_WIDTH = {False: 0.95, True: 1.1}
+"""Width of openings of a map and of a drawing at which rooms are divided, meters."""
 WIDEST_GAP = 3.6
 """Width of the widest gap between two walls on one line at which rooms are divided, meters."""
 WIDEST_END = 2.2
@@ -84,7 +84,7 @@ def _stated(picture: Picture, labels: Labels) -> Labels:
 def _divided(picture: Picture) -> Labels:
     """Return parts of the free area that are wider than doors, and those of a drawing that are wider than closets."""
     free = picture.free & ~_bridges(picture)
-    _, labels, stats = components(opened(free, picture.cells(DOOR_WIDTH, 2)))
+    _, labels, stats = components(opened(free, picture.cells(DOOR_WIDTH[picture.drawn], 2)))
     least = LEAST_AREA / picture.cell**2
     keep = stats[:, cv2.CC_STAT_AREA] >= least
     keep[0] = False
@@ -108,7 +108,7 @@ def _bridges(picture: Picture) -> Mask:
         walls = along(thin, picture.cells(STUB), axis, cv2.MORPH_OPEN)
         walls = along(walls, 2 * picture.cells(OFFSET[picture.drawn]) + 1, 1 - axis, cv2.MORPH_DILATE)
         bridges |= _gaps(picture, walls, free, axis)
-    core = opened(picture.free & ~bridges, picture.cells(DOOR_WIDTH, 2))
+    core = opened(picture.free & ~bridges, picture.cells(DOOR_WIDTH[picture.drawn], 2))
     _, parts, stats = components(core)
     large = stats[:, cv2.CC_STAT_AREA] * picture.cell**2 >= LARGE
     large[0] = False

@@ -27,7 +27,7 @@ JOG = {False: 0.3, True: 0.09}
 """Longest step in a wall that is straightened, meters."""
 LINE = {False: 0.15, True: 0.04}
 """Sides that face the same way and are nearer than this lie on one line, meters."""
-SHARE = 0.75
+SHARE = 0.8
 """Share of the boundary along a side that lies inside: furniture at a wall hides more than beams reach through it."""
 COARSE = 2.5
 """Factor on the deviation and the steps of outlines that are too complicated."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -244,7 +244,8 @@ def add_openings(picture: Picture, walls: Sequence[PlanWall]) -> None:
         start, (ux, uy) = np.array(wall.start), (np.array(wall.end) - wall.start) / wall.length
         grid = start + along[:, None, None] * (ux, uy) + across[None, :, None] * (-uy, ux)
         points = grid.reshape(-1, 2)
-        free = picture.sampled(picture.free, points).reshape(len(along), len(across)).mean(axis=1) >= 0.99
+        clear = picture.free if wall.rooms[1] else picture.free | picture.outside
+        free = picture.sampled(clear, points).reshape(len(along), len(across)).mean(axis=1) >= 0.99
         if not wall.rooms[1]:
             beyond = np.arange(-wall.thickness / 2.0 - 0.25, -reach, picture.cell)
             points = (start + along[:, None, None] * (ux, uy) + beyond[None, :, None] * (-uy, ux)).reshape(-1, 2)
@@ -288,14 +289,21 @@ def reached(walls: Sequence[PlanWall], rooms: Sequence[int]) -> set[int]:
     return found
 
 
-def longest_wall(walls: Sequence[PlanWall], rooms: set[int], others: set[int]) -> PlanWall | None:
-    """Return the longest wall between a room of one set and a member of another in which a door has place."""
+def longest_wall(
+    walls: Sequence[PlanWall], rooms: Set[int], others: Set[int], blocked: Set[Point] = frozenset()
+) -> PlanWall | None:
+    """Return the longest wall between a room of one set and a member of another in which a door has place.
+
+    Args:
+        blocked: places in which no door can be.
+    """
     able = [
         wall
         for wall in walls
         if (wall.rooms[0] in rooms and wall.rooms[1] in others) or (wall.rooms[1] in rooms and wall.rooms[0] in others)
     ]
-    able = [wall for wall in able if wall.free_part(wall.length / 2.0, DOOR_WIDTH) is not None]
+    parts = [wall.free_part(wall.length / 2.0, DOOR_WIDTH) for wall in able]
+    able = [w for w, part in zip(able, parts, strict=True) if part and w.point(sum(part) / 2.0) not in blocked]
     return max(able, key=lambda wall: (round(wall.length, 3), wall.start), default=None)
 
 
