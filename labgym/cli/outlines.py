@@ -52,8 +52,8 @@ def outline(
     (.answers.json). The options from --scale on answer its questions. docs/engineers.md says what is read.
 
     Args:
-        file: A .dxf drawing, an .ifc building model, the map.yaml of a ROS map next to its image, or the .png of a
-            floor plan (with --scale or --area).
+        file: A .dxf drawing, an .ifc building model, the map.yaml of a ROS map next to its image, or the .png or
+            .pdf of a floor plan (with --scale or --area).
         out: The .json file of the layout.
         unit: Unit of the drawing, in place of the one that it names: in, ft, mm, cm, dm or m.
         thickness: Thickness of walls that the file does not show, meters. Default: 0.2 for a drawing without walls; of
@@ -61,7 +61,8 @@ def outline(
         crop: X0,Y0,X1,Y1: the part of a drawing that is read, in its units, such as a plan next to an elevation.
         storey: Storey of a building model: its number from the lowest, from 1, or its name. Default: the one with most
             spaces and walls.
-        scale: Meters per unit of a drawing or per pixel of an image, or a factor on the resolution of a map.
+        scale: Meters per unit of a drawing, per pixel of an image or per point of a PDF file (0.0353 for 1:100), or a
+            factor on the resolution of a map.
         area: Area of all rooms in square meters, from which the scale follows.
         layers: Layers of a drawing with its walls, with commas between them.
         door: Place of a door, meters; repeat --door for several. Write --door=X,Y for negative numbers.

@@ -42,14 +42,18 @@ MAX_ROOMS = 60
 """Largest number of rooms of a proposal."""
 MAX_SIZE = 100.0
 """Greatest extent of a floor, meters."""
-IMAGES = (".png", ".pgm", ".bmp", ".tif", ".tiff")
+IMAGES = (".png", ".pgm", ".bmp", ".tif", ".tiff", ".pdf")
 """Suffixes of images of floor plans."""
+POINT = 0.0254 / 72.0 * 100.0
+"""Length of a point of a PDF file at 1:100, with which the scale is sought for an area, meters."""
 PIXEL = 0.02
 """Side of a pixel of an image with which the scale is sought for an area, meters."""
 HEIGHT, DOOR_HEIGHT = 3.0, 2.1
 """Heights of walls and openings, meters."""
 ROUNDS = 24
 """Largest number of parts that are left out until the rest forms a floor."""
+PASSABLE = 0.72
+"""Width of the narrowest door for the robot, meters; openings that may be as wide get it."""
 DRAWN_WALL = 0.1
 """Thickness of a wall of --split, meters."""
 ROOM = re.compile(r"space '(room_[0-9]{1,3})'")
@@ -172,8 +176,10 @@ def _file_picture(path: Path, answers: Answers) -> tuple[Picture, _Notes]:
         raise OptionError("--layers is for drawings; a map of ROS and an image have none")
     if path.suffix.lower() in IMAGES:
         if answers.scale is None and answers.area is None:
-            raise OptionError(f"{path.name} states no scale: give --scale METERS_PER_PIXEL, or --area of all rooms")
-        return picture_of_plan(open_image(path, answers.scale or PIXEL)), _Notes()
+            unit = "POINT (0.0353 for 1:100)" if path.suffix.lower() == ".pdf" else "PIXEL"
+            raise OptionError(f"{path.name} states no scale: give --scale METERS_PER_{unit}, or --area of all rooms")
+        scale = answers.scale or (POINT if path.suffix.lower() == ".pdf" else PIXEL)
+        return replace(picture_of_plan(open_image(path, scale)), unit=scale), _Notes()
     grid = open_ros_map(path, lenient=True)
     factor = answers.scale or 1.0
     origin = (grid.origin[0] * factor, grid.origin[1] * factor, grid.origin[2])
@@ -323,7 +329,7 @@ def _with_doors(
         if not add_door(walls, (x, y)):
             raise OptionError(f"--door {point[0]:g},{point[1]:g}: no wall with place for a door lies within 0.8 m")
     for wall in walls:
-        wall.openings = [way for way in wall.openings if wall.point(sum(way) / 2.0) not in blocked]
+        _revise(picture, wall, blocked, notes)
     inside = set(rooms)
     if not any(wall.openings and 0 in wall.rooms for wall in walls):
         first = next(iter(rooms))
@@ -342,6 +348,18 @@ def _with_doors(
             return walls
         label = wall.rooms[0] if wall.rooms[0] in missing else wall.rooms[1]
         _propose(picture, wall, f"no door to room {label} is seen; one is proposed", notes)
+
+
+def _revise(picture: Picture, wall: PlanWall, blocked: Set[Pair], notes: _Notes) -> None:
+    """Leave out the openings of a wall that are blocked, and widen those that may be wide enough for the robot."""
+    wall.openings = [way for way in wall.openings if wall.point(sum(way) / 2.0) not in blocked]
+    for index, (low, high) in enumerate(wall.openings):
+        if high - low < PASSABLE <= high - low + 2.0 * picture.cell and wall.widen(index, PASSABLE):
+            x, y = picture.to_file(np.array([wall.point((low + high) / 2.0)]))[0].tolist()
+            notes.questions.append(
+                f"the door at ({x:.2f}, {y:.2f}) m looks {high - low:.2f} m wide and is drawn {PASSABLE:g} m wide, "
+                "as the accuracy of the file allows: correct the file if it is narrower"
+            )
 
 
 def _propose(picture: Picture, wall: PlanWall, what: str, notes: _Notes) -> None:

@@ -94,6 +94,14 @@ class PlanWall:
         start = min(max(middle - width / 2.0, low_limit), high_limit - width)
         return start, start + width
 
+    def widen(self, index: int, width: float) -> bool:
+        """Widen an opening about its middle, and return whether there is place for it."""
+        way = self.openings.pop(index)
+        wider = self.free_part(sum(way) / 2.0, width)
+        fits = wider is not None and wider[1] - wider[0] > width - 1e-6
+        self.openings.insert(index, wider if wider is not None and fits else way)
+        return fits
+
 
 def walls_around(rooms: Mapping[int, Polygon]) -> list[PlanWall]:
     """Return the walls around rooms: shared ones between sides that face each other, outer ones elsewhere."""
