@@ -328,8 +328,8 @@ def _with_doors(
         x, y = picture.from_file(np.array([point]))[0].tolist()
         if not add_door(walls, (x, y)):
             raise OptionError(f"--door {point[0]:g},{point[1]:g}: no wall with place for a door lies within 0.8 m")
-    for wall in walls:
-        _revise(picture, wall, blocked, notes)
+    for segment in walls:
+        _revise(picture, segment, blocked, notes)
     inside = set(rooms)
     if not any(wall.openings and 0 in wall.rooms for wall in walls):
         first = next(iter(rooms))
