@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 Points = UseAppendAction[Annotated[tuple[str, ...], arg(metavar="X,Y")]]
 Lines = UseAppendAction[Annotated[tuple[str, ...], arg(metavar="X0,Y0,X1,Y1")]]
+Corners = UseAppendAction[Annotated[tuple[str, ...], arg(metavar="X0,Y0,X1,Y1,X2,Y2")]]
 Numbers = UseAppendAction[Annotated[tuple[str, ...], arg(metavar="N,M")]]
 
 
@@ -40,6 +41,7 @@ def outline(
     split: Lines = (),
     merge: Numbers = (),
     furniture: Lines = (),
+    outline: Corners = (),
     answers: OptionalPath = None,
     overwrite: Overwrite = False,
 ) -> int:
@@ -50,8 +52,8 @@ def outline(
     (.answers.json). The options from --scale on answer its questions. docs/engineers.md says what is read.
 
     Args:
-        file: A .dxf drawing, an .ifc building model, the map.yaml of a ROS map next to its image, or the .png of a
-            floor plan (with --scale or --area).
+        file: A .dxf drawing, an .ifc building model, the map.yaml of a ROS map next to its image, or the .png or
+            .pdf of a floor plan (with --scale or --area).
         out: The .json file of the layout.
         unit: Unit of the drawing, in place of the one that it names: in, ft, mm, cm, dm or m.
         thickness: Thickness of walls that the file does not show, meters. Default: 0.2 for a drawing without walls; of
@@ -59,7 +61,8 @@ def outline(
         crop: X0,Y0,X1,Y1: the part of a drawing that is read, in its units, such as a plan next to an elevation.
         storey: Storey of a building model: its number from the lowest, from 1, or its name. Default: the one with most
             spaces and walls.
-        scale: Meters per unit of a drawing or per pixel of an image, or a factor on the resolution of a map.
+        scale: Meters per unit of a drawing, per pixel of an image or per point of a PDF file (0.0353 for 1:100), or a
+            factor on the resolution of a map.
         area: Area of all rooms in square meters, from which the scale follows.
         layers: Layers of a drawing with its walls, with commas between them.
         door: Place of a door, meters; repeat --door for several. Write --door=X,Y for negative numbers.
@@ -67,14 +70,16 @@ def outline(
         merge: Numbers of rooms in the picture that are one room, with 0 those that are no rooms; repeat --merge for
             several.
         furniture: Two corners of an area that is furniture and no wall, meters; repeat --furniture for several.
-        answers: Answers that an earlier run wrote, in place of the seven options above.
+        outline: A room by its corners in order, three or more, meters, in place of what was recognized there; repeat
+            --outline for several.
+        answers: Answers that an earlier run wrote, in place of the eight options above.
         overwrite: Replace OUT, its picture and its answers if they exist with other content.
     """
     from labgym.exchange.formats import empty_layout, read_floor
     from labgym.exchange.recognition.proposal import IMAGES
 
     out = layout_path(out)
-    given = _answers((unit, storey), (scale, area, layers), (door, split, merge, furniture), answers)
+    given = _answers((unit, storey), (scale, area, layers), (door, split, merge, furniture, outline), answers)
     if out.with_suffix(".png").resolve() == file.resolve():
         raise OptionError(f"the picture of the proposal would replace {file.name}: name another --out")
     plain = _plain(unit, storey)
@@ -102,17 +107,18 @@ def outline(
 def _answers(
     stated: tuple[str | None, str | None],
     values: tuple[float | None, float | None, str | None],
-    places: tuple[Sequence[str], Sequence[str], Sequence[str], Sequence[str]],
+    places: tuple[Sequence[str], ...],
     file: Path | None,
 ) -> Answers | None:
     """Return the answers of the command line or of a file, None without any."""
     from labgym.exchange.recognition.proposal import Answers
 
-    (scale, area, layers), (door, split, merge, furniture), (unit, storey) = values, places, stated
+    (scale, area, layers), (door, split, merge, furniture, outline), (unit, storey) = values, places, stated
     if file is not None:
         if any(value is not None for value in values) or any(places):
             raise OptionError(
-                "--answers replaces --scale, --area, --layers, --door, --split, --merge and --furniture: give one form"
+                "--answers replaces --scale, --area, --layers, --door, --split, --merge, --furniture and --outline: "
+                "give one form"
             )
         return Answers.load(file)
     if not (any(value is not None for value in values) or any(places)):
@@ -129,10 +135,19 @@ def _answers(
             splits=tuple(numbers("split", text) for text in split),
             merges=tuple(tuple(int(number) for number in numbers("merge", text) or ()) for text in merge),
             furniture=tuple(numbers("furniture", text) for text in furniture),
+            outlines=tuple(_corners(text) for text in outline),
         )
     except ValidationError as error:
         place, problem = error.errors()[0]["loc"], error.errors()[0]["msg"]
         raise OptionError(f"--{str(place[0]).rstrip('s')}: {problem}") from None
+
+
+def _corners(text: str) -> tuple[tuple[float, ...], ...]:
+    """Return the points of a list of coordinates."""
+    values = numbers("outline", text) or ()
+    if len(values) % 2:
+        raise OptionError(f"--outline: {len(values)} numbers; each corner has an x and a y")
+    return tuple(zip(values[::2], values[1::2], strict=True))
 
 
 def _plain(unit: str | None, storey: str | None) -> Answers:

@@ -14,6 +14,7 @@ EXTRAS = {
     "dask": ("distributed", "dask"),
     "distributed": ("distributed", "dask"),
     "ezdxf": ("ezdxf", "cad"),
+    "pypdfium2": ("pypdfium2", "cad"),
     "google.protobuf": ("protobuf", "ord"),
     "gymnasium_robotics": ("gymnasium-robotics", "dev"),
     "h5py": ("h5py", "data"),

@@ -18,8 +18,10 @@ if TYPE_CHECKING:
 
 MOST = 64
 """Largest number of rectangles of a region."""
-STEP = 0.05
-"""Least width of the stairs along an oblique side, meters."""
+STEPS = tuple(round(0.05 * 1.2**power, 3) for power in range(20))
+"""Widths of the stairs along an oblique side, the first with few enough rectangles, meters."""
+HIGHEST = 0.6
+"""Largest height of a stair that is wider than the narrowest rectangle, meters: its wall is within reach."""
 SAME = 1e-3
 """Coordinates that differ by less are the same, meters."""
 NARROWEST = 0.05
@@ -47,10 +49,10 @@ def region_of(polygon: Polygon, yaw: float | None = None) -> tuple[Frame, tuple[
 
     yaw = direction(polygon) if yaw is None else yaw
     turned = rotate(polygon, -yaw, (0.0, 0.0), use_radians=True)
-    columns = _columns(turned)
-    slabs = _joined(columns)
-    if any(x1 - x0 < NARROWEST - SAME / 10.0 for x0, _, x1, _ in slabs):
-        slabs = _widened(columns)
+    for step in STEPS:
+        slabs = _slabs(turned, step)
+        if len(slabs) <= MOST:
+            break
     if not slabs:
         x, y = polygon.representative_point().coords[0]
         raise OptionError(f"the outline around ({x:.2f}, {y:.2f}) m is narrower than {NARROWEST:g} m")
@@ -68,6 +70,15 @@ def region_of(polygon: Polygon, yaw: float | None = None) -> tuple[Frame, tuple[
         (left, right), (low, high) = _extent(x0 - low_x, x1 - low_x), _extent(y0 - low_y, y1 - low_y)
         rectangles.append(Rectangle(x0=left, y0=low, x1=right, y1=high))
     return (tidy(frame[0]), tidy(frame[1]), frame[2]), tuple(rectangles)
+
+
+def _slabs(polygon: Polygon, step: float) -> list[Slab]:
+    """Return the rectangles of the staircase inside a polygon with stairs of some width, meters."""
+    columns = _columns(polygon, step)
+    slabs = _joined(columns)
+    if any(x1 - x0 < NARROWEST - SAME / 10.0 for x0, _, x1, _ in slabs):
+        slabs = _widened(columns)
+    return slabs
 
 
 def _extent(low: float, high: float) -> tuple[float, float]:
@@ -94,7 +105,7 @@ def direction(polygon: Polygon) -> float:
     return 0.0 if abs(best) < 1e-4 else best
 
 
-def _columns(polygon: Polygon) -> list[list[Slab]]:
+def _columns(polygon: Polygon, step: float) -> list[list[Slab]]:
     """Return columns of slabs inside a polygon, cut at its corners and, under oblique sides, at steps in between."""
     edges = [
         (a, b)
@@ -103,11 +114,12 @@ def _columns(polygon: Polygon) -> list[list[Slab]]:
         if abs(a[0] - b[0]) > SAME
     ]
     cuts = _distinct([x for edge in edges for x, _ in edge])
-    oblique = sum(b - a for a, b in pairwise(cuts) if _slope(edges, a, b) > SAME)
-    step = max(STEP, oblique / max(MOST - 2 * len(cuts), 8))
     columns: list[list[Slab]] = []
     for low, high in pairwise(cuts):
-        parts = 1 if _slope(edges, low, high) <= SAME else max(1, math.floor((high - low) / step))
+        rise = _slope(edges, low, high)
+        most = max(1, math.floor((high - low) / NARROWEST + SAME))
+        parts = 1 if rise <= SAME else min(max((high - low) / step, rise / HIGHEST), most)
+        parts = max(1, math.floor(parts))
         columns += [_intervals(edges, *ends) for ends in pairwise(np.linspace(low, high, parts + 1).tolist())]
     return columns
 

@@ -12,13 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.documents import read_yaml
-from labgym.errors import DocumentError
+from labgym.errors import DocumentError, optional_package
 
 MAX_YAML = 64 * 1024
 MAX_IMAGE = 32 * 1024 * 1024
 MAX_CELLS = 16_000_000
 FORMATS = ("PNG", "PPM", "BMP", "TIFF")
 """Formats of Pillow that are read; PPM includes PGM."""
+MAX_PAGE, PAGE_PIXEL = 15_000, 0.02
+"""Longest side of a page of a PDF file, points, and the side of a pixel in which it is drawn, meters."""
 UNKNOWN, DARK = 205, 160
 """Gray values of unknown cells in maps of map_saver, and below which cells are occupied in maps of probabilities."""
 RESOLUTIONS = (0.005, 0.5)
@@ -90,15 +92,42 @@ def open_image(path: str | Path, scale: float) -> RosMap:
     """Return the picture of a floor plan as a map: dark pixels are occupied, light and transparent ones free.
 
     Args:
-        scale: side of a pixel, meters.
+        scale: side of a pixel, or length of a point (1/72 inch) of the first page of a PDF file, meters.
 
     Raises:
         DocumentError: the file is missing, too large or damaged.
+        MissingDependencyError: pypdfium2, which PDF files need, is not installed.
     """
     path = Path(path)
-    gray, opaque = _pixels({"image": path.name}, path)
+    if path.suffix.lower() == ".pdf":
+        gray, scale = _page(path, scale)
+        opaque = np.ones(gray.shape, dtype=np.bool_)
+    else:
+        gray, opaque = _pixels({"image": path.name}, path)
     dark = (gray < DARK) & opaque
     return RosMap(dark[::-1], ~dark[::-1], scale, (0.0, 0.0, 0.0))
+
+
+def _page(path: Path, scale: float) -> tuple[NDArray[np.float64], float]:
+    """Return the gray values (ny, nx) of the first page of a PDF file, and the side of a pixel, meters."""
+    with optional_package("pypdfium2", "reading PDF files", "cad"):
+        import pypdfium2
+    try:
+        if path.stat().st_size > MAX_IMAGE:
+            raise DocumentError(path, "", f"the file is larger than {MAX_IMAGE} bytes")
+        with pypdfium2.PdfDocument(path) as document:
+            page = document[0]
+            width, height = page.get_size()
+            if not 1.0 <= min(width, height) <= max(width, height) <= MAX_PAGE:
+                raise DocumentError(path, "", f"a page of {width:.0f} x {height:.0f} points; at most {MAX_PAGE}")
+            density = min(scale / PAGE_PIXEL, math.sqrt(MAX_CELLS / 4.0 / (width * height)))
+            exact = {"no_smoothtext": True, "no_smoothimage": True, "no_smoothpath": True}  # thin lines stay dark
+            pixels = page.render(scale=density, grayscale=True, **exact).to_numpy()
+    except OSError as error:
+        raise DocumentError(path, "", f"cannot be read ({error.strerror or str(error)[:80]})") from None
+    except (pypdfium2.PdfiumError, ValueError, IndexError) as error:
+        raise DocumentError(path, "", f"a damaged or encrypted PDF file ({str(error)[:80]})") from None
+    return pixels.reshape(pixels.shape[:2]).astype(np.float64), scale / density
 
 
 def _fields(path: Path) -> Mapping[str, Any]:

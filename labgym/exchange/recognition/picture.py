@@ -36,6 +36,7 @@ class Picture:
         doors: ends of the closed leaves of doors that the file draws, in the turned frame, meters.
         unit: meters per unit of the file; 1 for a map.
         rooms: (ny, nx) number of the room of each cell, 0 for none, if the file states the rooms.
+        outlines: corners (n, 2) of rooms that answers state, in the turned frame, meters.
         drawn: whether the file is a drawing, whose lines are exact and whose rooms may have closed doors.
     """
 
@@ -50,6 +51,7 @@ class Picture:
     unit: float = 1.0
     drawn: bool = False
     rooms: NDArray[np.int32] | None = None
+    outlines: tuple[Array, ...] = ()
 
     def cells(self, length: float, least: int = 1) -> int:
         """Return a length in meters as a number of cells."""
@@ -94,6 +96,13 @@ class Picture:
             (c0, r0), (c1, r1) = np.clip(places, 0, np.array(self.free.shape[::-1])).tolist()
             cleared[min(r0, r1) : max(r0, r1) + 1, min(c0, c1) : max(c0, c1) + 1] = True
         return replace(self, free=self.free | cleared, solid=self.solid & ~cleared, outside=self.outside & ~cleared)
+
+    def inside(self, corners: Array) -> Mask:
+        """Return the cells within a polygon of the turned frame, (n, 2), meters."""
+        drawn = np.zeros(self.free.shape, dtype=np.uint8)
+        limit = 4 * max(drawn.shape)
+        cv2.fillPoly(drawn, [np.clip(self.pixels(corners), -limit, limit).astype(np.int32)], 1)
+        return drawn > 0
 
 
 def turned(points: Array, yaw: float) -> Array:

@@ -60,7 +60,7 @@ FRAME = 1.8
 """Largest distance of the outline of a floor from its walls, meters."""
 GAPS = (1.1, 1.6, 2.2, 3.2)
 """Widths of gaps in the outer walls that are closed, meters; the first that leaves enough inside counts."""
-INSIDE = 0.5
+INSIDE = 0.65
 """Least share of the hull of the walls that lies inside."""
 MAX_SEGMENTS = 3000
 """Largest number of segments, the longest ones, that are compared for pairs."""

@@ -17,8 +17,8 @@ from shapely.affinity import translate
 from labgym.documents import Document, Growing
 from labgym.errors import DocumentError, OptionError
 from labgym.exchange.recognition.picture import Picture
-from labgym.exchange.recognition.rooms import Labels, rooms_of
-from labgym.exchange.recognition.sides import outlines
+from labgym.exchange.recognition.rooms import LEAST_AREA, Labels, rooms_of
+from labgym.exchange.recognition.sides import outlines as outlines_of
 from labgym.exchange.recognition.walls import (
     WIDEST_DOOR,
     PlanWall,
@@ -37,18 +37,23 @@ from labgym.layouts.floor.changes import closed_doors, walls_with
 
 Pair = tuple[float, float]
 Line = tuple[float, float, float, float]
+Corners = Annotated[tuple[Pair, ...], Field(min_length=3, max_length=100)]
 MAX_ROOMS = 60
 """Largest number of rooms of a proposal."""
 MAX_SIZE = 100.0
 """Greatest extent of a floor, meters."""
-IMAGES = (".png", ".pgm", ".bmp", ".tif", ".tiff")
+IMAGES = (".png", ".pgm", ".bmp", ".tif", ".tiff", ".pdf")
 """Suffixes of images of floor plans."""
+POINT = 0.0254 / 72.0 * 100.0
+"""Length of a point of a PDF file at 1:100, with which the scale is sought for an area, meters."""
 PIXEL = 0.02
 """Side of a pixel of an image with which the scale is sought for an area, meters."""
 HEIGHT, DOOR_HEIGHT = 3.0, 2.1
 """Heights of walls and openings, meters."""
 ROUNDS = 24
 """Largest number of parts that are left out until the rest forms a floor."""
+PASSABLE = 0.72
+"""Width of the narrowest door for the robot, meters; openings that may be as wide get it."""
 DRAWN_WALL = 0.1
 """Thickness of a wall of --split, meters."""
 ROOM = re.compile(r"space '(room_[0-9]{1,3})'")
@@ -68,9 +73,10 @@ class Answers(Document, Growing):
         splits: walls that divide rooms, x0, y0, x1, y1 in the frame of the file, meters.
         merges: numbers of rooms that are one room; with 0 those that are no rooms.
         furniture: areas without walls, x0, y0, x1, y1 of two corners in the frame of the file, meters.
+        outlines: rooms by their corners in the frame of the file, in order, meters.
     """
 
-    ADDED: ClassVar[frozenset[str]] = frozenset({"storey", "furniture"})
+    ADDED: ClassVar[frozenset[str]] = frozenset({"storey", "furniture", "outlines"})
     SCHEMA: ClassVar[str] = "labgym.outline-answers/1"
 
     scale: Annotated[float, Field(gt=0.0, le=1000.0)] | None = None
@@ -81,6 +87,7 @@ class Answers(Document, Growing):
     splits: Annotated[tuple[Line, ...], Field(max_length=100)] = ()
     merges: Annotated[tuple[tuple[int, ...], ...], Field(max_length=50)] = ()
     furniture: Annotated[tuple[Line, ...], Field(max_length=100)] = ()
+    outlines: Annotated[tuple[Corners, ...], Field(max_length=MAX_ROOMS)] = ()
 
 
 @dataclass(frozen=True)
@@ -131,12 +138,20 @@ def recognize(path: str | Path, answers: Answers | None = None) -> Proposal:
 
 
 def _picture(path: Path, answers: Answers) -> tuple[Picture, _Notes]:
-    """Return the picture of a file without --furniture, with the walls of --split, and what is noted about it."""
+    """Return the picture of a file with --furniture, --split and --outline, and what is noted about it."""
     picture, notes = _file_picture(path, answers)
     areas, lines = (
         tuple(((x0, y0), (x1, y1)) for x0, y0, x1, y1 in values) for values in (answers.furniture, answers.splits)
     )
-    return picture.with_floor(areas).with_walls(lines, DRAWN_WALL), notes
+    outlines = tuple(picture.from_file(np.array(corners)) for corners in answers.outlines)
+    for corners, stated in zip(outlines, answers.outlines, strict=True):
+        if not Polygon(corners).is_valid or Polygon(corners).area < LEAST_AREA or not picture.inside(corners).any():
+            x, y = stated[0]
+            raise OptionError(
+                f"--outline {x:g},{y:g},...: name the corners of a room of {LEAST_AREA:g} m² or more in the picture, "
+                "in order, so that no two sides cross"
+            )
+    return replace(picture.with_floor(areas).with_walls(lines, DRAWN_WALL), outlines=outlines), notes
 
 
 def _file_picture(path: Path, answers: Answers) -> tuple[Picture, _Notes]:
@@ -161,8 +176,10 @@ def _file_picture(path: Path, answers: Answers) -> tuple[Picture, _Notes]:
         raise OptionError("--layers is for drawings; a map of ROS and an image have none")
     if path.suffix.lower() in IMAGES:
         if answers.scale is None and answers.area is None:
-            raise OptionError(f"{path.name} states no scale: give --scale METERS_PER_PIXEL, or --area of all rooms")
-        return picture_of_plan(open_image(path, answers.scale or PIXEL)), _Notes()
+            unit = "POINT (0.0353 for 1:100)" if path.suffix.lower() == ".pdf" else "PIXEL"
+            raise OptionError(f"{path.name} states no scale: give --scale METERS_PER_{unit}, or --area of all rooms")
+        scale = answers.scale or (POINT if path.suffix.lower() == ".pdf" else PIXEL)
+        return replace(picture_of_plan(open_image(path, scale)), unit=scale), _Notes()
     grid = open_ros_map(path, lenient=True)
     factor = answers.scale or 1.0
     origin = (grid.origin[0] * factor, grid.origin[1] * factor, grid.origin[2])
@@ -190,7 +207,7 @@ def _labels(picture: Picture, answers: Answers, notes: _Notes) -> Labels:
 
 def _rooms(path: Path, picture: Picture, labels: Labels, coarse: Mapping[int, int] | None = None) -> dict[int, Polygon]:
     """Return the outlines of rooms by number, in the turned frame; those of some rooms with fewer corners."""
-    rooms = outlines(picture, labels, coarse)
+    rooms = outlines_of(picture, labels, coarse)
     if not rooms:
         raise DocumentError(path, "", _nothing(path, picture, labels))
     return rooms
@@ -210,7 +227,7 @@ def _nothing(path: Path, picture: Picture, labels: Labels) -> str:
 
 def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, notes: _Notes) -> Proposal:
     """Return the proposal; rooms and openings that do not fit a floor are left out one after another."""
-    dropped_openings: set[tuple[float, float]] = set()
+    blocked: set[Pair] = set()
     coarse: dict[int, int] = {}
     left_out: set[int] = set()
     cut_off: set[int] = set()
@@ -226,14 +243,12 @@ def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, n
                 path, "", f"the rooms cover {size[0]:.0f} x {size[1]:.0f} m, over {MAX_SIZE:g} m: give --scale"
             )
         here = _Notes(notes.frame, list(notes.skipped), list(notes.questions))
-        walls = _with_doors(picture, rooms, answers, here, cut_off)
+        walls = _with_doors(picture, rooms, answers, here, cut_off, blocked)
         for label in sorted(set(rooms) - reached(walls, list(rooms))):
             notes.skipped.append(f"{_named(picture, label, rooms[label])}: no wall has place for a door")
             left_out.add(label)
             break
         else:
-            for wall in walls:
-                wall.openings = [o for o in wall.openings if wall.point(sum(o) / 2.0) not in dropped_openings]
             try:
                 floor = _floor(path, rooms, walls, (x0, y0))
             except (ValidationError, OptionError) as error:
@@ -242,7 +257,7 @@ def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, n
                 if isinstance(error, _BlockedError):
                     wall, along = walls[error.wall], error.position
                     middles = [sum(each) / 2.0 for each in wall.openings]
-                    dropped_openings.add(wall.point(min(middles, key=lambda middle: abs(middle - along))))
+                    blocked.add(wall.point(min(middles, key=lambda middle: abs(middle - along))))
                 elif room is not None or isinstance(error, _RoomError):
                     label = error.label if isinstance(error, _RoomError) else int(room[1][5:] if room else 0)
                     if _eased(label, message, coarse, cut_off):
@@ -296,7 +311,12 @@ class _BlockedError(OptionError):
 
 
 def _with_doors(
-    picture: Picture, rooms: Mapping[int, Polygon], answers: Answers, notes: _Notes, cut_off: Set[int]
+    picture: Picture,
+    rooms: Mapping[int, Polygon],
+    answers: Answers,
+    notes: _Notes,
+    cut_off: Set[int],
+    blocked: Set[Pair],
 ) -> list[PlanWall]:
     """Return the walls with the doors that are seen, answered or proposed; rooms that are cut off get another one."""
     walls = walls_around(rooms)
@@ -308,24 +328,38 @@ def _with_doors(
         x, y = picture.from_file(np.array([point]))[0].tolist()
         if not add_door(walls, (x, y)):
             raise OptionError(f"--door {point[0]:g},{point[1]:g}: no wall with place for a door lies within 0.8 m")
+    for segment in walls:
+        _revise(picture, segment, blocked, notes)
     inside = set(rooms)
     if not any(wall.openings and 0 in wall.rooms for wall in walls):
         first = next(iter(rooms))
-        wall = longest_wall(walls, {first}, {0}) or longest_wall(walls, inside, {0})
+        wall = longest_wall(walls, {first}, {0}, blocked) or longest_wall(walls, inside, {0}, blocked)
         if wall is not None:
             _propose(picture, wall, "no exit is seen; one is proposed", notes)
     for label in sorted(cut_off & inside):
-        wall = longest_wall(walls, {label}, inside - cut_off) or longest_wall(walls, {label}, {0})
+        wall = longest_wall(walls, {label}, inside - cut_off, blocked) or longest_wall(walls, {label}, {0}, blocked)
         if wall is not None:
             _propose(picture, wall, f"no clear way to room {label} is seen; a door is proposed", notes)
     while True:
         there = reached(walls, list(rooms))
         missing = inside - there
-        wall = longest_wall(walls, missing, there & inside) or longest_wall(walls, missing, {0})
+        wall = longest_wall(walls, missing, there & inside, blocked) or longest_wall(walls, missing, {0}, blocked)
         if not missing or wall is None:
             return walls
         label = wall.rooms[0] if wall.rooms[0] in missing else wall.rooms[1]
         _propose(picture, wall, f"no door to room {label} is seen; one is proposed", notes)
+
+
+def _revise(picture: Picture, wall: PlanWall, blocked: Set[Pair], notes: _Notes) -> None:
+    """Leave out the openings of a wall that are blocked, and widen those that may be wide enough for the robot."""
+    wall.openings = [way for way in wall.openings if wall.point(sum(way) / 2.0) not in blocked]
+    for index, (low, high) in enumerate(wall.openings):
+        if high - low < PASSABLE <= high - low + 2.0 * picture.cell and wall.widen(index, PASSABLE):
+            x, y = picture.to_file(np.array([wall.point((low + high) / 2.0)]))[0].tolist()
+            notes.questions.append(
+                f"the door at ({x:.2f}, {y:.2f}) m looks {high - low:.2f} m wide and is drawn {PASSABLE:g} m wide, "
+                "as the accuracy of the file allows: correct the file if it is narrower"
+            )
 
 
 def _propose(picture: Picture, wall: PlanWall, what: str, notes: _Notes) -> None:

@@ -11,8 +11,8 @@ from scipy import ndimage
 
 from labgym.exchange.recognition.picture import Mask, Picture, along, closed, components, near, opened
 
-DOOR_WIDTH = 1.1
-"""Width of openings at which rooms are divided, meters."""
+DOOR_WIDTH = {False: 0.95, True: 1.1}
+"""Width of openings of a map and of a drawing at which rooms are divided, meters."""
 WIDEST_GAP = 3.6
 """Width of the widest gap between two walls on one line at which rooms are divided, meters."""
 WIDEST_END = 2.2
@@ -61,17 +61,30 @@ def rooms_of(picture: Picture, merged: Sequence[Sequence[int]] = ()) -> tuple[La
     if picture.rooms is None:
         labels = _with_rest(picture, labels)
         dropped = [(column, row) for column, row in dropped if not labels[row, column]]
-    labels = _by_size(labels)
+    labels = _by_size(_stated(picture, labels))
     for group in merged:
         labels = _merged(picture, labels, group)
     labels = _filled(picture, labels)
     return labels if picture.drawn else _without_openings(picture, labels), dropped
 
 
+def _stated(picture: Picture, labels: Labels) -> Labels:
+    """Return labels with the rooms that answers state; rooms that lie mostly in one of them are no more."""
+    result = labels.copy()
+    for corners in picture.outlines:
+        room = picture.inside(corners)
+        whole, within = np.bincount(result.ravel()), np.bincount(result[room], minlength=int(result.max(initial=0)) + 1)
+        replaced = within > 0.5 * whole
+        replaced[0] = False
+        result[replaced[result]] = 0
+        result[room] = len(whole)
+    return result
+
+
 def _divided(picture: Picture) -> Labels:
     """Return parts of the free area that are wider than doors, and those of a drawing that are wider than closets."""
     free = picture.free & ~_bridges(picture)
-    _, labels, stats = components(opened(free, picture.cells(DOOR_WIDTH, 2)))
+    _, labels, stats = components(opened(free, picture.cells(DOOR_WIDTH[picture.drawn], 2)))
     least = LEAST_AREA / picture.cell**2
     keep = stats[:, cv2.CC_STAT_AREA] >= least
     keep[0] = False
@@ -95,7 +108,7 @@ def _bridges(picture: Picture) -> Mask:
         walls = along(thin, picture.cells(STUB), axis, cv2.MORPH_OPEN)
         walls = along(walls, 2 * picture.cells(OFFSET[picture.drawn]) + 1, 1 - axis, cv2.MORPH_DILATE)
         bridges |= _gaps(picture, walls, free, axis)
-    core = opened(picture.free & ~bridges, picture.cells(DOOR_WIDTH, 2))
+    core = opened(picture.free & ~bridges, picture.cells(DOOR_WIDTH[picture.drawn], 2))
     _, parts, stats = components(core)
     large = stats[:, cv2.CC_STAT_AREA] * picture.cell**2 >= LARGE
     large[0] = False

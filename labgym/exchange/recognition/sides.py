@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import cv2
 import numpy as np
 from scipy import ndimage
 from shapely import MultiPolygon, Polygon
+from shapely.geometry.polygon import orient
 
 from labgym.exchange.recognition.picture import Array, Mask, Picture, components
 from labgym.exchange.recognition.rooms import Labels
@@ -17,13 +19,15 @@ from labgym.geometry.polygons import difference, grown, largest
 
 ALIGNED = math.radians(7.0)
 """Sides within this angle of the main direction are drawn along it."""
+DRAWN = math.radians(3.0)
+"""The same for sides between corners that a person states."""
 DEVIATION = {False: 0.12, True: 0.04}
 """Deviation of an outline from straight sides, meters; of drawings it is less."""
 JOG = {False: 0.3, True: 0.09}
 """Longest step in a wall that is straightened, meters."""
 LINE = {False: 0.15, True: 0.04}
 """Sides that face the same way and are nearer than this lie on one line, meters."""
-SHARE = 0.75
+SHARE = 0.8
 """Share of the boundary along a side that lies inside: furniture at a wall hides more than beams reach through it."""
 COARSE = 2.5
 """Factor on the deviation and the steps of outlines that are too complicated."""
@@ -35,6 +39,9 @@ THINNEST = 0.045
 """Sides that are nearer than this have no wall between them and lie on one line, meters."""
 APART = 0.08
 """Least distance between rooms: the thickness of the thinnest wall, meters."""
+
+UNCHANGED = 0.9
+"""Least overlap of a room with the outline that an answer states for it."""
 
 
 @dataclass(frozen=True)
@@ -74,12 +81,17 @@ def outlines(picture: Picture, labels: Labels, coarse: Mapping[int, int] | None 
             sides along the axes.
     """
     rooms: dict[int, list[list[_Side]]] = {}
+    stated = _stated(picture, labels)
     for label, window in enumerate(ndimage.find_objects(labels), start=1):
         if window is None:
             continue
         x, y = picture.x + window[1].start * picture.cell, picture.y + window[0].start * picture.cell
         level = (coarse or {}).get(label, 0)
-        rings = [_sides(part, (x, y), picture, level) for part in _parts(labels[window] == label, picture)]
+        rings = (
+            [stated[label]]
+            if label in stated
+            else [_sides(part, (x, y), picture, level) for part in _parts(labels[window] == label, picture)]
+        )
         if len(rings[0]) >= 3:
             rooms[label] = [ring for ring in rings if len(ring) >= 3]
     rings_ = [ring for rings in rooms.values() for ring in rings]
@@ -89,13 +101,36 @@ def outlines(picture: Picture, labels: Labels, coarse: Mapping[int, int] | None 
     for label, rings in rooms.items():
         area: Polygon | MultiPolygon = largest(Polygon(_corners(rings[0])))
         for ring in rings[1:]:  # a hole that lies on the outline cuts the room
-            area = largest(difference(area, largest(Polygon(_corners(ring)))))
+            hole = largest(Polygon(_corners(ring)))
+            slanted = any(side.axis is None for side in ring)
+            area = largest(difference(area, hole.minimum_rotated_rectangle if slanted else hole))
         for other in result.values():
             if not area.is_empty and area.distance(other) < APART - 1e-6:
                 area = largest(difference(area, grown(other, APART)))
         if area.area >= 0.5:
             result[label] = area
     return result
+
+
+def _stated(picture: Picture, labels: Labels) -> dict[int, list[_Side]]:
+    """Return the sides of rooms that answers state and no other answer changes; small angles are drawing errors."""
+    result: dict[int, list[_Side]] = {}
+    for corners in picture.outlines:
+        room = picture.inside(corners)
+        label = int(np.bincount(labels[room]).argmax()) if room.any() else 0
+        if label and (room & (labels == label)).sum() > UNCHANGED * max(room.sum(), (labels == label).sum()):
+            ring = orient(Polygon(corners)).exterior.coords
+            result[label] = _joined([_between_corners(*ends) for ends in pairwise(ring)])
+    return result
+
+
+def _between_corners(start: tuple[float, ...], end: tuple[float, ...]) -> _Side:
+    first, last = (start[0], start[1]), (end[0], end[1])
+    dx, dy = last[0] - first[0], last[1] - first[1]
+    for axis, (along, across) in enumerate(((dx, dy), (dy, dx))):
+        if abs(math.atan2(across, abs(along))) <= DRAWN:
+            return _Side(axis, (first[1 - axis] + last[1 - axis]) / 2.0, first, last)
+    return _Side(None, 0.0, first, last)
 
 
 def _parts(mask: Mask, picture: Picture) -> list[Mask]:

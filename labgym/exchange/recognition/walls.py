@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
+import shapely
 from shapely import LineString, Polygon, STRtree
 from shapely import Point as ShapelyPoint
 from shapely.geometry.polygon import orient
@@ -92,6 +93,14 @@ class PlanWall:
             return None
         start = min(max(middle - width / 2.0, low_limit), high_limit - width)
         return start, start + width
+
+    def widen(self, index: int, width: float) -> bool:
+        """Widen an opening about its middle, and return whether there is place for it."""
+        way = self.openings.pop(index)
+        wider = self.free_part(sum(way) / 2.0, width)
+        fits = wider is not None and wider[1] - wider[0] > width - 1e-6
+        self.openings.insert(index, wider if wider is not None and fits else way)
+        return fits
 
 
 def walls_around(rooms: Mapping[int, Polygon]) -> list[PlanWall]:
@@ -183,14 +192,27 @@ def _outer(label: int, side: tuple[Point, Point], low: float, high: float, rooms
     def at(along: float, across: float) -> Point:
         return x0 + along * ux + across * uy, y0 + along * uy - across * ux
 
+    def body(start: float, end: float, thickness: float) -> Polygon:
+        return Polygon([at(start, TOUCH), at(end, TOUCH), at(end, thickness), at(start, thickness)])
+
+    near = [room for room in rooms if room.intersects(body(low, high, THICKNESS[0]))]
     for thickness in THICKNESS:
-        ends = low + TOUCH, high - TOUCH
-        body = Polygon([at(ends[0], TOUCH), at(ends[1], TOUCH), at(ends[1], thickness), at(ends[0], thickness)])
-        if not any(body.intersects(other) for other in rooms):
-            beyond = LineString([at(low, thickness + BEHIND), at(high, thickness + BEHIND)])
-            other = -1 if any(room.distance(beyond) < BEHIND - TOUCH for room in rooms) else 0
-            return PlanWall(at(low, thickness / 2.0), at(high, thickness / 2.0), thickness, (label, other))
-    return None
+        if not any(body(low + TOUCH, high - TOUCH, thickness).intersects(room) for room in near):
+            break
+    else:  # at an acute corner of the room the wall is shorter than its side
+        blocked = []
+        for room in near:
+            corners = shapely.get_coordinates(body(low + TOUCH, high - TOUCH, thickness).intersection(room))
+            places = (corners - (x0, y0)) @ (ux, uy) - low
+            blocked += [(float(places.min()) - TOUCH, float(places.max()) + TOUCH)] if len(places) else []
+        parts = [(min(end, high - low) - start, start) for start, end in _left(high - low, blocked)]
+        part, start = max(parts, default=(0.0, 0.0))
+        low, high = low + start, low + start + part
+        if part < SHORTEST:
+            return None
+    beyond = LineString([at(low, thickness + BEHIND), at(high, thickness + BEHIND)])
+    other = -1 if any(room.distance(beyond) < BEHIND - TOUCH for room in rooms) else 0
+    return PlanWall(at(low, thickness / 2.0), at(high, thickness / 2.0), thickness, (label, other))
 
 
 def trimmed(walls: Sequence[Wall], rooms: Sequence[Polygon]) -> dict[int, Wall]:
@@ -230,7 +252,8 @@ def add_openings(picture: Picture, walls: Sequence[PlanWall]) -> None:
         start, (ux, uy) = np.array(wall.start), (np.array(wall.end) - wall.start) / wall.length
         grid = start + along[:, None, None] * (ux, uy) + across[None, :, None] * (-uy, ux)
         points = grid.reshape(-1, 2)
-        free = picture.sampled(picture.free, points).reshape(len(along), len(across)).mean(axis=1) >= 0.99
+        clear = picture.free if wall.rooms[1] else picture.free | picture.outside
+        free = picture.sampled(clear, points).reshape(len(along), len(across)).mean(axis=1) >= 0.99
         if not wall.rooms[1]:
             beyond = np.arange(-wall.thickness / 2.0 - 0.25, -reach, picture.cell)
             points = (start + along[:, None, None] * (ux, uy) + beyond[None, :, None] * (-uy, ux)).reshape(-1, 2)
@@ -274,14 +297,21 @@ def reached(walls: Sequence[PlanWall], rooms: Sequence[int]) -> set[int]:
     return found
 
 
-def longest_wall(walls: Sequence[PlanWall], rooms: set[int], others: set[int]) -> PlanWall | None:
-    """Return the longest wall between a room of one set and a member of another in which a door has place."""
+def longest_wall(
+    walls: Sequence[PlanWall], rooms: Set[int], others: Set[int], blocked: Set[Point] = frozenset()
+) -> PlanWall | None:
+    """Return the longest wall between a room of one set and a member of another in which a door has place.
+
+    Args:
+        blocked: places in which no door can be.
+    """
     able = [
         wall
         for wall in walls
         if (wall.rooms[0] in rooms and wall.rooms[1] in others) or (wall.rooms[1] in rooms and wall.rooms[0] in others)
     ]
-    able = [wall for wall in able if wall.free_part(wall.length / 2.0, DOOR_WIDTH) is not None]
+    parts = [wall.free_part(wall.length / 2.0, DOOR_WIDTH) for wall in able]
+    able = [w for w, part in zip(able, parts, strict=True) if part and w.point(sum(part) / 2.0) not in blocked]
     return max(able, key=lambda wall: (round(wall.length, 3), wall.start), default=None)
 
 
