@@ -124,7 +124,7 @@ def test_what_moves_by_pushing_is_refused_in_one_line():
     for task, message in (
         ("moved", "pushable=False"),
         ("carry", "no condition 'payload'"),
-        ("shift", "moves no things"),
+        ("shift", "one drive only"),
     ):
         with pytest.raises(OptionError, match=message) as caught:
             VectorPointNavEnv(config=config_of(task, HEADLINE, layout=island_laboratory(), physics="planar"))

@@ -488,7 +488,7 @@ def check_kernel(config: PointNavConfig, device: str | None = None) -> None:
     if config.render_mode is not None:
         raise OptionError("the vector environment does not render: use gym.make for pictures")
     if config.drives == "protocol" or config.onward:
-        raise OptionError(f"the vector environment has episodes of one drive only, not {config.drives!r}: {REMEDY}")
+        raise OptionError(f"the vector environment has episodes of one drive only: {REMEDY}")
     if config.curriculum:
         if device is not None:
             raise OptionError(f"on a device the vector environment has no curriculum: {REMEDY}")

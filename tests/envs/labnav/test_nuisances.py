@@ -162,7 +162,7 @@ def test_the_levels_of_odometry_err_as_the_suites_state():
     expected = {
         1: (robothor(1.0), 1.0, 0.03, 8.0),
         2: (locobot("ilqr", 0.5), 2.0, 0.05, 12.0),
-        3: (locobot("ilqr", 0.65), 2.0, 0.05, 12.0),
+        3: (locobot("ilqr", 1.0), 2.0, 0.05, 12.0),
     }
     for number, (errors, wheels, lidar, least) in expected.items():
         level = levels[number]
