@@ -206,7 +206,7 @@ def test_a_shift_is_practiced_for_two_goals(network, tmp_path, monkeypatch):
     monkeypatch.setattr(practice, "TASKS", ("shift",))
     one = next(file for file in practice.validation_floors(tmp_path) if read_floor(file)[1].episodes["shift"])
     assert len(read_floor(one)[1].episodes["shift"][0].lengths) > GOALS
-    row, records = drive(Apprentice(checked_actor(network), "expert"), TrainingDrive(one, "shift", 0, 5))
+    row, records = drive(Apprentice(checked_actor(network), "expert"), TrainingDrive(one, "shift", 0, 6))
     assert row.goals == GOALS
     assert len(records["lengths"]) == len(row.legs)
     assert records["lengths"].sum() == len(records["rewards"])
