@@ -39,7 +39,7 @@ TASK = register(
         {
             1: _level(0.020),
             2: _level(0.010),
-            3: _level(0.010, **drift(locobot("ilqr", 0.65), 2.0, lidar=0.05)),
+            3: _level(0.010, **drift(locobot("ilqr", 1.0), 2.0, lidar=0.05)),
         },
         score,
         easy=_level(0.050, 80.0, lengths=EASY_LENGTHS),
