@@ -277,8 +277,7 @@ def _on_ladder(name: str | Path, options: Mapping[str, Any]) -> PointNavConfig:
     rungs += [configured(name, {**own, "level": each}) for each in range(level)]
     if rule == "tasks":
         others = [each for each in MIXED_TASKS if last.drives != f"{LABNAV}{each}-{level}"]
-        ids = [f"LabNav{each.capitalize()}-v0" for each in others]
-        rungs += [configured(each, {**own, "level": number}) for each in ids for number in range(level + 1)]
+        rungs += [configured(labnav_id(each), {**own, "level": rung}) for each in others for rung in range(level + 1)]
     return replace(last, curriculum=Curriculum(rule, (*rungs, last)))
 
 

@@ -1,14 +1,13 @@
 """PPO that begins as imitation: at first the network copies an expert that knows the true floor, then it learns alone.
 
-The expert says in each state what it would do there. It also drives a share of the episodes, which falls to 0 by the
-middle of the imitation; the network drives the others. This is DAgger (Ross et al. 2011) on the latest states alone: it
-needs no store and resumes like PPO.
+The expert labels each state with the action that it would take. At first it drives all episodes, then fewer and fewer,
+and from the middle of the imitation on none; the network drives the others. This is DAgger (Ross et al. 2011) on the
+latest states alone: it needs no store and resumes like PPO.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -31,7 +30,7 @@ class Guided(VecEnvWrapper):
         venv: environments with the attribute `state`.
 
     Attributes:
-        noting: whether they do. share: of the episodes, which the expert drives then.
+        noting: whether they do. share: of the episodes that the expert drives meanwhile.
     """
 
     def __init__(self, venv: VecEnv) -> None:
@@ -57,11 +56,11 @@ class Guided(VecEnvWrapper):
         """Take actions, and note the expert's."""
         if self.noting:
             states = self.venv.get_attr("state")
-            told = [
+            advice = [
                 expert.action(state.task, state.pose, state.velocity[0])
                 for expert, state in zip(self._experts, states, strict=True)
             ]
-            self._labels.append(np.array(told, dtype=np.float32))
+            self._labels.append(np.array(advice, dtype=np.float32))
             actions = np.where((self._draws < self.share)[:, None], self._labels[-1], actions)
         self.venv.step_async(actions)
 
@@ -83,20 +82,22 @@ class Guided(VecEnvWrapper):
         return labels
 
 
-@lru_cache(maxsize=2)
-def guided(algorithm: type[PPO]) -> type[PPO]:
-    """Return an algorithm, PPO or RecurrentPPO, that imitates at first; its environments are `Guided`."""
+def guided(algorithm: type[PPO], imitation: float) -> type[PPO]:
+    """Return an algorithm, PPO or RecurrentPPO, that imitates at first; its environments are `Guided`.
+
+    Args:
+        imitation: control steps in which it does.
+    """
 
     class GuidedPPO(algorithm):  # type: ignore[misc, valid-type]
-        """The algorithm, which imitates the expert for the first `imitation` control steps."""
-
-        imitation = 0
+        """The algorithm, which begins by imitating the expert."""
 
         def collect_rollouts(self, env: VecEnv, callback: Any, rollout_buffer: Any, n_rollout_steps: int) -> bool:
             """Collect a rollout; while the network imitates, the buffer holds the expert's actions."""
             guide = _guide(env)
-            guide.noting = self.num_timesteps < self.imitation
-            guide.share = max(0.0, 1.0 - 2.0 * self.num_timesteps / self.imitation) if guide.noting else 0.0
+            guide.noting = self.num_timesteps < imitation
+            if guide.noting:
+                guide.share = max(0.0, 1.0 - 2.0 * self.num_timesteps / imitation)
             goes_on = bool(super().collect_rollouts(env, callback, rollout_buffer, n_rollout_steps))
             if guide.noting and goes_on:
                 rollout_buffer.actions[:] = guide.labels()

@@ -263,8 +263,6 @@ def train(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
                 arguments["replay_buffer_class"] = HerReplayBuffer
             algorithm: Any = algorithm_of(hyperparameters.algorithm)
             if hyperparameters.imitation:
-                algorithm = guided(algorithm)
+                algorithm = guided(algorithm, hyperparameters.imitation)
             model = algorithm(hyperparameters.policy, environments, **arguments, seed=settings.seed, device="cpu")
-            if hyperparameters.imitation:
-                model.imitation = hyperparameters.imitation
         return train_model(model, hyperparameters, settings)

@@ -42,9 +42,8 @@ def test_the_network_comes_near_the_expert(algorithm):
     guide = Guided(make_environments("LabPointNav-v0", 16, "kernel", **ROOM))
     environments = VecNormalize(guide, norm_reward=False)
     options = {"n_steps": 32, "batch_size": 128, "n_epochs": 5, "learning_rate": 2e-3, "seed": 0, "device": "cpu"}
-    model = guided(kind)(policy, environments, policy_kwargs=network, **options)
+    model = guided(kind, math.inf)(policy, environments, policy_kwargs=network, **options)
     before = distance(model, environments, guide)
-    model.imitation = math.inf
     model.learn(12288)
     after = distance(model, environments, guide)
     assert after < 0.75 * before, (after, before)

@@ -135,7 +135,7 @@ class VectorPointNavEnv(PointNavVectorEnv):
         self._tasks = [[tasks for _, tasks in ladder(config)] for _ in range(self.num_envs)]
         self._climbs = [] if curriculum is None else [Climb(curriculum) for _ in range(self.num_envs)]
         self._rngs: list[np.random.Generator | None] = [None] * self.num_envs
-        self._given: list[Any] = [None] * self.num_envs
+        self._present: list[Any] = [None] * self.num_envs
         self._columns = Columns.zeros(self.num_envs, config.control_dt)
         self._columns.terms = {name: np.zeros(self.num_envs) for name, _, _ in self._terms}
         self._rays = _batched(config, device)
@@ -223,7 +223,7 @@ class VectorPointNavEnv(PointNavVectorEnv):
         poses, velocities = self._columns.pose.tolist(), self._columns.velocity.tolist()
         return [
             Underway(task, tuple(pose), tuple(velocity))
-            for task, pose, velocity in zip(self._given, poses, velocities, strict=True)
+            for task, pose, velocity in zip(self._present, poses, velocities, strict=True)
         ]
 
     @property
@@ -325,7 +325,7 @@ class VectorPointNavEnv(PointNavVectorEnv):
             raise OptionError(f"the vector environment has episodes of one drive only: {REMEDY}")
         if self._rows:
             task = self._rows[row].prepared(task, rng)
-        self._given[row] = task
+        self._present[row] = task
         world, pair, columns, robots = world_of(task.layout), task.pair, self._columns, self._batch.robots
         field, exact = None, None
         to_go = {name: compiled_to_go(world, world.to_go(pair.goal, way)) for name, way in self._methods.items()}
