@@ -39,6 +39,7 @@ class TrainingArguments:
         seed: Random seed of the whole run.
         out: Folder for policies, scores, logs and checkpoint; by default runs/ALGORITHM/ENVIRONMENT.
         threads: Number of torch threads; the last bits of the weights depend on it.
+        device: Device of the network, cpu or cuda; on a GPU, a rerun gives other last bits.
         fresh: Move the files of the folder aside and start anew.
         wandb: Project of Weights & Biases that receives the log, in addition to TensorBoard (pip install wandb).
     """
@@ -50,6 +51,7 @@ class TrainingArguments:
     seed: int = 0
     out: OptionalPath = None
     threads: int = 1
+    device: str = "cpu"
     fresh: bool = False
     wandb: OptionalText = None
 
@@ -71,7 +73,9 @@ class TrainingArguments:
         changes = {**parse_options(self.changes), **steps}
         hyperparameters = Hyperparameters.load(algorithm, environment, self.hyperparams, changes)
         out = self.out or Path("runs") / algorithm / environment
-        settings = RunSettings(out, self.seed, self.vectorization, self.threads, self.fresh, wandb=self.wandb or "")
+        settings = RunSettings(
+            out, self.seed, self.vectorization, self.threads, self.device, self.fresh, wandb=self.wandb or ""
+        )
         return written(train(hyperparameters, settings))
 
 

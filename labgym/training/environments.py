@@ -23,6 +23,7 @@ from labgym.envs.conditions.changes import Changes
 from labgym.envs.config import PointNavConfig
 from labgym.envs.presets import configured, presets
 from labgym.envs.training import LayoutSource, TrainingRooms, training_floor
+from labgym.envs.vector.arguments import kernel_has
 from labgym.envs.vector.processes import processors
 from labgym.envs.world import keep
 from labgym.errors import MissingDependencyError, OptionError, SearchLimitWarning, check_name
@@ -113,10 +114,11 @@ def make_environments(
         environment: id of a registered environment.
         count: number of environments.
         vectorization: "kernel", all on the planar kernel with threads (`LabVecEnv`, extra `fast`); "processes", shares
-            of them in one process per processor (`LabVecEnv`); "dummy", one after the other in this process; "subproc",
-            one process each. "auto" takes the kernel if numba is installed and it has all parts of the environment,
-            otherwise "dummy", with the planar physics if numba is installed and `physics` is not passed. Make
-            processes under `if __name__ == "__main__":`.
+            of them in one process per processor, which takes the kernel if it has all parts (`LabVecEnv`); "dummy",
+            one after the other in this process; "subproc", one process each. "auto" takes the kernel if numba is
+            installed and it has all parts of the environment, otherwise "dummy"; both it and "processes" take the
+            planar physics if numba is installed, nothing is pushed and `physics` is not passed. Make processes under
+            `if __name__ == "__main__":`.
         layouts: number of layouts of the splits "train" and "floors-train" (`FirstLayouts`), for ids with such a split
             too; 0 generates new ones without end, which takes longer than driving in them.
         options: arguments of the environment, and `max_episode_steps`, by default that of the id.
@@ -136,9 +138,10 @@ def make_environments(
     compiled = find_spec("numba") is not None
     if vectorization == "kernel" and not compiled:
         raise MissingDependencyError("numba", "vectorization 'kernel'", "fast")
+    if vectorization in ("auto", "processes") and compiled and not _pushes(environment, options):
+        options = {"physics": "planar", **options}
     if vectorization == "auto":
-        options = {"physics": "planar", **options} if compiled and not _pushes(environment, options) else options
-        vectorization = "kernel" if compiled and _kernel_has(_config(environment, options)) else "dummy"
+        vectorization = "kernel" if compiled and kernel_has(_config(environment, options)) else "dummy"
     if vectorization in ("kernel", "processes"):
         return VecMonitor(_together(environment, count, options, vectorization))
     if vectorization == "subproc":
@@ -174,17 +177,6 @@ def _pushes(environment: str, options: Mapping[str, Any]) -> bool:
     return any(isinstance(each, Changes) and each.pushable for rung in rungs for each in rung.conditions)
 
 
-def _kernel_has(config: PointNavConfig) -> bool:
-    """Whether the planar kernel has all parts of a configuration."""
-    from labgym.envs.vector.env import check_kernel
-
-    try:
-        check_kernel(config)
-    except OptionError:
-        return False
-    return True
-
-
 def _together(environment: str, count: int, options: Mapping[str, Any], vectorization: str) -> VecEnv:
     """Return the vector environment of labgym.
 
@@ -199,9 +191,8 @@ def _together(environment: str, count: int, options: Mapping[str, Any], vectoriz
         from labgym.envs.vector.env import check_kernel
 
         check_kernel(config)
-    elif _is_goal(config) or config.curriculum is not None:
-        kind, others = ("curricula", "'kernel', ") if config.curriculum is not None else ("goal environments", "")
-        raise OptionError(f"{kind} do not run with vectorization 'processes': use {others}'dummy' or 'subproc'")
+    elif _is_goal(config):
+        raise OptionError("goal environments do not run with vectorization 'processes': use 'dummy' or 'subproc'")
     else:
         processes = processors()
     spec: Any = gym.spec(environment)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -84,9 +85,13 @@ def actor_of(model: BaseAlgorithm, normalize: VecNormalize | None = None, enviro
     space = model.action_space
     if not isinstance(space, spaces.Box) or space.shape != (2,) or not ((space.low == -1) & (space.high == 1)).all():
         raise OptionError(f"model with the action space {space}: expected Box(-1, 1, (2,))")
+    with _on_processor(model.policy) as policy:
+        return _actor(model, policy, normalize or model.get_vec_normalize_env(), environment)
+
+
+def _actor(model: BaseAlgorithm, policy: Any, normalize: VecNormalize | None, environment: str) -> Perceptron:
+    """Return the actor of a model whose policy is on the processor."""
     stack = _stack(model)
-    normalize = normalize or model.get_vec_normalize_env()
-    policy: Any = model.policy
     memory = _memory(policy)
     if hasattr(policy, "mlp_extractor"):
         features, modules = policy.pi_features_extractor, [*policy.mlp_extractor.policy_net, policy.action_net]
@@ -118,6 +123,16 @@ def actor_of(model: BaseAlgorithm, normalize: VecNormalize | None = None, enviro
     if not isinstance(features, RobotFrame):
         _check_actions(model, actor, normalize)
     return actor
+
+
+@contextmanager
+def _on_processor(policy: Any) -> Iterator[Any]:
+    """Move a policy to the processor for a while: a GPU computes LSTMs with fewer digits than the file."""
+    device = policy.device
+    try:
+        yield policy.to("cpu")
+    finally:
+        policy.to(device)
 
 
 def _stack(model: BaseAlgorithm) -> int:

@@ -124,7 +124,7 @@ def guided(algorithm: type[PPO], imitation: float) -> type[PPO]:
                         action = policy.get_distribution(data.observations, memory[0].pi, memory[1])[0]
                         values = policy.predict_values(data.observations, memory[0].vf, memory[1])
                     else:
-                        counts = torch.ones(len(data.actions), dtype=torch.bool)
+                        counts = torch.ones(len(data.actions), dtype=torch.bool, device=data.actions.device)
                         action = policy.get_distribution(data.observations)
                         values = policy.predict_values(data.observations)
                     copying = (action.distribution.mean - data.actions)[counts].abs().mean()

@@ -45,6 +45,7 @@ class RunSettings:
     Attributes:
         out: folder of the run. fresh: move its files aside and start anew.
         seed: random seed. threads: threads of torch; the last bits of the weights depend on them.
+        device: of the network, as torch names it, such as "cuda".
         vectorization: as of `make_environments`.
         verbose: whether to print the log.
         wandb: project of Weights & Biases that receives the log, too; "" for none.
@@ -54,6 +55,7 @@ class RunSettings:
     seed: int = 0
     vectorization: str = "auto"
     threads: int = 1
+    device: str = "cpu"
     fresh: bool = False
     verbose: bool = True
     wandb: str = ""
@@ -61,6 +63,20 @@ class RunSettings:
     def __post_init__(self) -> None:
         if self.threads < 1 or self.seed < 0:
             raise OptionError(f"threads is {self.threads} and seed is {self.seed}, expected at least 1 and 0")
+        check_device(self.device)
+
+
+def check_device(name: str) -> None:
+    """Refuse a device that this torch lacks.
+
+    Raises:
+        OptionError: it lacks it, or it knows no such name.
+    """
+    try:
+        torch.zeros(1, device=name)
+    except (RuntimeError, AssertionError, NotImplementedError) as error:
+        reason = str(error).splitlines()[0][:120]
+        raise OptionError(f"device {name!r} is not there: {reason}") from None
 
 
 @contextmanager
@@ -146,6 +162,7 @@ def train_model(model: BaseAlgorithm, hyperparameters: Hyperparameters, settings
         seed=settings.seed,
         threads=settings.threads,
         vectorization=settings.vectorization,
+        device=settings.device,
         catalog=catalog_digest(),
     )
     with (
@@ -255,6 +272,8 @@ def train(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
         OptionError: the folder is in use or holds another run, or a hyperparameter is out of range.
         DocumentError: the checkpoint is damaged, or a finished run was changed.
     """
+    if hyperparameters.imitation and settings.vectorization == "processes":
+        raise OptionError("imitation does not run with vectorization 'processes': use 'kernel' or 'dummy'")
     with training_environments(hyperparameters, settings) as environments:
         with model_errors():
             arguments = hyperparameters.algorithm_arguments()
@@ -264,5 +283,7 @@ def train(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
             algorithm: Any = algorithm_of(hyperparameters.algorithm)
             if hyperparameters.imitation:
                 algorithm = guided(algorithm, hyperparameters.imitation)
-            model = algorithm(hyperparameters.policy, environments, **arguments, seed=settings.seed, device="cpu")
+            model = algorithm(
+                hyperparameters.policy, environments, **arguments, seed=settings.seed, device=settings.device
+            )
         return train_model(model, hyperparameters, settings)

@@ -1,11 +1,11 @@
-"""Many environments at once, for Gymnasium and stable-baselines3: threads on the planar kernel, or processes."""
+"""Many environments at once, for Gymnasium and stable-baselines3: on threads of one process, or in processes."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from labgym.envs.config import PointNavConfig
 from labgym.envs.presets import configured
+from labgym.envs.vector.arguments import kernel_has
 from labgym.envs.vector.processes import ProcessPointNavEnv
 from labgym.errors import OptionError
 
@@ -45,7 +45,7 @@ def vector_env(
     settings = {name: options.pop(name) for name in SETTINGS if name in options}
     config = configured(config, {"physics": "planar", **options})
     kernel = threads is not None or device is not None
-    if processes is None and (kernel or _kernel_has(config)):
+    if processes is None and (kernel or kernel_has(config)):
         from labgym.envs.vector.env import VectorPointNavEnv
 
         return VectorPointNavEnv(
@@ -54,16 +54,3 @@ def vector_env(
     if kernel:
         raise OptionError("pass processes, or threads or a device, not both")
     return ProcessPointNavEnv(num_envs, processes=processes, config=config, **settings)
-
-
-def _kernel_has(config: PointNavConfig) -> bool:
-    """Whether the planar kernel has all parts of a configuration."""
-    if config.physics != "planar":
-        return False
-    from labgym.envs.vector.env import check_kernel
-
-    try:
-        check_kernel(config)
-    except OptionError:
-        return False
-    return True

@@ -80,6 +80,19 @@ class PointNavVectorEnv(VectorEnv[Any, Any, NDArray[Any]]):
             )
 
 
+def kernel_has(config: PointNavConfig) -> bool:
+    """Return whether the planar kernel has all parts of a configuration."""
+    if config.physics != "planar":
+        return False
+    from labgym.envs.vector.env import check_kernel
+
+    try:
+        check_kernel(config)
+    except OptionError:
+        return False
+    return True
+
+
 def environment_count(number: object, space: spaces.Space[Any]) -> int:
     """Return the number of environments, after a check that they fit into memory.
 

@@ -20,7 +20,7 @@ from labgym.counts import MAX_PROCESSES, PROCESS_MB, check_memory, whole_number
 from labgym.envs.config import PointNavConfig
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.presets import configured
-from labgym.envs.vector.arguments import PointNavVectorEnv
+from labgym.envs.vector.arguments import PointNavVectorEnv, kernel_has
 from labgym.envs.vector.board import Board, BoardAddress, shared_board
 from labgym.errors import LabgymError, OptionError
 from labgym.runs.local_pool import LocalPool, WorkerLostError
@@ -36,8 +36,10 @@ class ProcessPointNavEnv(PointNavVectorEnv):
         envs = gym.make_vec("labgym:LabFloorNavRGBD-v0", num_envs=16, vectorization_mode="vector_entry_point")
 
     Observations, rewards, ends of episodes and infos equal those of single environments with the same arguments and
-    seeds to the bit; any part and any physics is supported. Each process steps its share of the environments one after
-    the other. Threads would not help them: Embree and MuJoCo's bindings are called under the interpreter lock.
+    seeds to the bit; any part and any physics is supported. Each process steps its share of the environments together
+    on the planar kernel if it has all their parts, otherwise one after the other. Threads would not help those: Embree
+    and MuJoCo's bindings are called under the interpreter lock. On the kernel, processes pay with many processors,
+    because what an episode owns is Python there.
 
     A script makes it under `if __name__ == "__main__":`, because processes are spawned. Parts of a user's own reach
     them by cloudpickle. After an exception, call `reset`.
@@ -134,6 +136,20 @@ class ProcessPointNavEnv(PointNavVectorEnv):
         if self.render_mode is None:
             return None
         return tuple(picture for answer in self._each(call, [("render",)] * len(self._shares)) for picture in answer)
+
+    @property
+    def climb(self) -> list[list[int]]:
+        """The states of all ladders, each as `LabPointNavEnv.climb`."""
+        return [state for share in self._each(call, [("climb",)] * len(self._shares)) for state in share]
+
+    def resume_climb(self, row: int, state: Sequence[int]) -> None:
+        """Let an environment go on from a former value of its `climb`.
+
+        Raises:
+            OptionError: it is not one of its ladder.
+        """
+        share = next(number for number, (_, last) in enumerate(self._shares) if row < last)
+        self._pools[share].submit(call, "resume_climb", row - self._shares[share][0], state).result()
 
     def close_extras(self, **_: Any) -> None:
         """End the processes."""
@@ -247,7 +263,7 @@ class Rows:
         total: int,
         address: BoardAddress | None,
     ) -> None:
-        self._envs = SyncVectorEnv([partial(_single, config, limit)] * count, copy=False, autoreset_mode=mode)
+        self._envs = _many(config, limit, mode, count)
         self._first = first
         self._latest: Any = None
         self._board: Board | None = None
@@ -268,6 +284,14 @@ class Rows:
         self._latest, *rest, infos = self._envs.step(actions)
         rewards, terminated, truncated = rest
         return self._sent(self._latest), rewards, terminated, truncated, infos
+
+    def climb(self) -> list[list[int]]:
+        """Return the states of the ladders."""
+        return self._envs.climb
+
+    def resume_climb(self, row: int, state: Sequence[int]) -> None:
+        """Let an environment of this process go on from a former state of its ladder."""
+        self._envs.resume_climb(row, state)
 
     def render(self) -> tuple[Any, ...]:
         """Return the picture of each environment."""
@@ -304,6 +328,30 @@ def call(name: str, *arguments: Any) -> Any:
     if _rows is None:
         raise WorkerLostError("its replacement has no environments")
     return getattr(_rows, name)(*arguments)
+
+
+class SingleEnvs(SyncVectorEnv):
+    """Environments one after the other, with their ladders."""
+
+    @property
+    def climb(self) -> list[list[int]]:
+        """The states of all ladders."""
+        return list(self.get_attr("climb"))
+
+    def resume_climb(self, row: int, state: Sequence[int]) -> None:
+        """Let an environment go on from a former state of its ladder."""
+        self.envs[row].get_wrapper_attr("resume_climb")(state)
+
+
+def _many(config: PointNavConfig, limit: int | None, mode: AutoresetMode, count: int) -> Any:
+    """Return environments of one process."""
+    if not kernel_has(config):
+        return SingleEnvs([partial(_single, config, limit)] * count, copy=False, autoreset_mode=mode)
+    from labgym.envs.vector.env import VectorPointNavEnv
+
+    return VectorPointNavEnv(
+        count, autoreset_mode=mode, max_episode_steps=limit, threads=1, config=config, physics=config.physics
+    )
 
 
 def _single(config: PointNavConfig, limit: int | None) -> Any:
