@@ -233,7 +233,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
       in 5 steps in a row.
       `curriculum` (None): "mixed" draws each episode from rooms and all levels up to `level`; "tasks" from those of
       aisle, people, odometry and glass, too; "rising" begins in rooms and climbs by the success rate of the last 10
-      episodes, so that an episode also depends on those before.
+      episodes, so that an episode also depends on those before. With `floors` there are no rooms: level 0 is first.
       `floors` (None): the folder of a pack of floors with their episodes (`labgym train floors`); the options of
       `reset` are then "floor" and "episode", numbers.
     - `LabNavMovedFixed-v0`: `LabNavMoved-v0` at levels 1 and 2 with things that stand fast, also those that the robot

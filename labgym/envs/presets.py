@@ -272,7 +272,8 @@ def _on_ladder(name: str | Path, options: Mapping[str, Any]) -> PointNavConfig:
     own = {key: value for key, value in options.items() if key != "curriculum"}
     last = configured(name, own)
     rooms = {key: value for key, value in own.items() if key not in ROOM_OPTIONS}
-    rungs = [configured(name, {**rooms, "split": "train", "level": 0})]
+    # A pack needs no generator: with it the ladder begins on its floors.
+    rungs = [] if own.get("floors") else [configured(name, {**rooms, "split": "train", "level": 0})]
     level = int(last.drives.split("-")[-1])
     rungs += [configured(name, {**own, "level": each}) for each in range(level)]
     if rule == "tasks":

@@ -20,6 +20,7 @@ from labgym.envs.conditions.people import People
 from labgym.envs.conditions.station import Station
 from labgym.envs.labnav.curriculum import Curriculum
 from labgym.envs.labnav.tasks import HEADLINE, config_of, task_of
+from labgym.envs.vector import vector_env
 from labgym.errors import OptionError
 
 pytest.importorskip("numba")
@@ -85,22 +86,27 @@ def test_a_task_on_the_kernel_equals_single_environments_to_the_bit(case, mode):
     many.close()
 
 
-@pytest.mark.parametrize(("task", "rule"), [("glass", "mixed"), ("odometry", "rising")])
-def test_a_curriculum_on_the_kernel_equals_single_environments_to_the_bit(task, rule):
-    from labgym.envs.vector.env import VectorPointNavEnv
-
+# In processes, what renders does not run on the kernel.
+@pytest.mark.parametrize(
+    ("task", "rule", "how", "fields"),
+    [
+        ("glass", "mixed", {"threads": 1}, {}),
+        ("odometry", "rising", {"threads": 1}, {}),
+        ("odometry", "rising", {"processes": 2}, {}),
+        ("odometry", "rising", {"processes": 2}, {"render_mode": "rgb_array"}),
+    ],
+)
+def test_a_curriculum_equals_single_environments_to_the_bit(task, rule, how, fields):
     easy = {"endings": ["contact", "rest", {"kind": "limit", "duration": 0.9}], "weights": {"failure": -1.0}}
     last = config(task, **easy)
     rungs = tuple(
         replace(config_of(task, level, layout=island_laboratory(), physics="planar", **easy), sensors=last.sensors)
         for level in (0, 1)
     )
-    made = replace(last, curriculum=Curriculum(rule, (*rungs, last)))
+    made = replace(last, curriculum=Curriculum(rule, (*rungs, last)), **fields)
     singles = [TimeLimit(LabPointNavEnv(config=made), LIMIT) for _ in range(COUNT)]
     one = SyncVectorEnv([partial(lambda env: env, env) for env in singles], autoreset_mode=AutoresetMode.SAME_STEP)
-    many = VectorPointNavEnv(
-        COUNT, config=made, autoreset_mode=AutoresetMode.SAME_STEP, max_episode_steps=LIMIT, threads=1
-    )
+    many = vector_env(COUNT, config=made, autoreset_mode=AutoresetMode.SAME_STEP, max_episode_steps=LIMIT, **how)
     states = [[1, *[1] * 7], [0], [2, *[0] * 9]]
     for row, (env, state) in enumerate(zip(singles, states, strict=True)):
         env.unwrapped.resume_climb(state)

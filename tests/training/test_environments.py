@@ -206,11 +206,6 @@ def test_layouts_without_effect_are_refused(name, options):
         make_environments(name, 2, "dummy", layouts=3, **options)
 
 
-def test_curricula_do_not_run_in_processes():
-    with pytest.raises(OptionError, match="curricula do not run with vectorization 'processes'"):
-        make_environments("LabNavGlass-v0", 2, "processes", curriculum="mixed")
-
-
 @pytest.mark.parametrize("vectorization", ["auto", "kernel", "dummy", "subproc", "processes"])
 def test_more_environments_than_memory_holds_are_refused_before_any_is_made(vectorization):
     pytest.importorskip("numba")

@@ -81,7 +81,7 @@ def test_environments_draw_the_episodes_of_a_pack(packed):
         with pytest.raises(UnknownNameError):
             env.reset(options=options)
     ladder = configured("LabNavGlass-v0", {"level": 1, "floors": str(folder), "curriculum": "mixed"}).curriculum
-    assert [rung.floors for rung in ladder.rungs] == [None, str(folder), str(folder)]
+    assert [rung.floors for rung in ladder.rungs] == [str(folder), str(folder)]
 
 
 @pytest.mark.parametrize(("task", "rule"), [("Odometry", None), ("Glass", None), ("Glass", "tasks")])
