@@ -1,4 +1,4 @@
-"""PPO that begins as imitation: at first the network copies an expert that knows the true floor, then it learns alone.
+"""PPO that begins as imitation: at first the network copies an expert that plans on what it saw, then it learns alone.
 
 The expert labels each state with the action that it would take. At first it drives all episodes, then fewer and fewer,
 and from the middle of the imitation on none; the network drives the others. This is DAgger (Ross et al. 2011) on the
@@ -16,27 +16,29 @@ from numpy.typing import NDArray
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
 
-from labgym.policies.learned.expert import Atlases, Expert
-from labgym.policies.tracking import TrackingOptions
-
-TRACKING = TrackingOptions(lookahead=0.5)
-"""A far point to steer for makes actions that change slowly, which are easier to copy."""
+from labgym.errors import OptionError
+from labgym.training.explorer import Explorer
 
 
 class Guided(VecEnvWrapper):
     """Environments that note what the expert would do in each state.
 
     Args:
-        venv: environments with the attribute `state`.
+        venv: environments with the attribute `state` that observe goal and lidar.
 
     Attributes:
         noting: whether they do. share: of the episodes that the expert drives meanwhile.
+
+    Raises:
+        OptionError: they do not observe goal and lidar.
     """
 
     def __init__(self, venv: VecEnv) -> None:
         super().__init__(venv)
-        atlases = Atlases()
-        self._experts = [Expert(atlases, TRACKING) for _ in range(venv.num_envs)]
+        if not {"goal", "lidar"} <= set(getattr(venv.observation_space, "spaces", ())):
+            raise OptionError("imitation needs environments that observe goal and lidar")
+        self._experts = [Explorer() for _ in range(venv.num_envs)]
+        self._seen: Any = None
         self._labels: list[NDArray[np.float32]] = []
         self._rng = np.random.default_rng(0)
         self._draws = np.ones(venv.num_envs)
@@ -50,15 +52,18 @@ class Guided(VecEnvWrapper):
     def reset(self) -> Any:
         """Begin the episodes of all environments."""
         self._begin(range(self.num_envs))
-        return self.venv.reset()
+        self._seen = self.venv.reset()
+        return self._seen
 
     def step_async(self, actions: NDArray[Any]) -> None:
         """Take actions, and note the expert's."""
         if self.noting:
             states = self.venv.get_attr("state")
             advice = [
-                expert.action(state.task, state.pose, state.velocity[0])
-                for expert, state in zip(self._experts, states, strict=True)
+                expert.action(state.task.layout, state.pose, goal, ranges)
+                for expert, state, goal, ranges in zip(
+                    self._experts, states, self._seen["goal"], self._seen["lidar"], strict=True
+                )
             ]
             self._labels.append(np.array(advice, dtype=np.float32))
             actions = np.where((self._draws < self.share)[:, None], self._labels[-1], actions)
@@ -67,6 +72,7 @@ class Guided(VecEnvWrapper):
     def step_wait(self) -> Any:
         """Carry out the actions."""
         result = self.venv.step_wait()
+        self._seen = result[0]
         self._begin(np.flatnonzero(result[2]).tolist())
         return result
 

@@ -1,4 +1,4 @@
-"""Training that begins as imitation: the network comes near an expert that knows the true floor."""
+"""Training that begins as imitation: the network comes near an expert that plans on what was seen."""
 
 from __future__ import annotations
 
