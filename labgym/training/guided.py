@@ -2,11 +2,12 @@
 
 The expert labels each state with the action that it would take. At first it drives all episodes, then fewer and fewer,
 and from the middle of the imitation on none; the network drives the others. This is DAgger (Ross et al. 2011) on the
-latest states alone: it needs no store and resumes like PPO.
+states since the last checkpoint, so that a run resumes like PPO.
 """
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterable
 from typing import Any
 
@@ -98,6 +99,14 @@ def guided(algorithm: type[PPO], imitation: float) -> type[PPO]:
     class GuidedPPO(algorithm):  # type: ignore[misc, valid-type]
         """The algorithm, which begins by imitating the expert."""
 
+        _earlier: list[Any]
+        """Rollouts with the expert's actions, since the last checkpoint."""
+
+        def set_random_seed(self, seed: int | None = None) -> None:
+            """Seed all generators: a leg begins, in which no earlier rollout counts."""
+            super().set_random_seed(seed)
+            self._earlier = []
+
         def collect_rollouts(self, env: VecEnv, callback: Any, rollout_buffer: Any, n_rollout_steps: int) -> bool:
             """Collect a rollout; while the network imitates, the buffer holds the expert's actions."""
             guide = _guide(env)
@@ -117,13 +126,17 @@ def guided(algorithm: type[PPO], imitation: float) -> type[PPO]:
                 super().train()
 
         def _imitate(self) -> None:
-            """Pass over the rollout: the mean action follows the expert's, the critic the returns."""
+            """Pass over this rollout and earlier ones: the mean action follows the expert's, the critic the returns."""
             policy: Any = self.policy
             policy.set_training_mode(True)
             self._update_learning_rate(policy.optimizer)
             losses = []
-            for _ in range(self.n_epochs):
-                for data in self.rollout_buffer.get(self.batch_size):
+            chosen = np.random.default_rng([self.seed or 0, self.num_timesteps]).permutation(len(self._earlier))
+            rollouts = [self._earlier[k] for k in chosen[: self.n_epochs - 1]]
+            rollouts += [self.rollout_buffer] * (self.n_epochs - len(rollouts))
+            self._earlier.append(copy.deepcopy(self.rollout_buffer))
+            for rollout in rollouts:
+                for data in rollout.get(self.batch_size):
                     if hasattr(data, "mask"):
                         counts = data.mask > 0.5
                         memory = data.lstm_states, data.episode_starts
