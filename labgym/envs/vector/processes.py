@@ -6,7 +6,7 @@ import os
 from collections.abc import Sequence
 from functools import partial
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import cloudpickle
 import numpy as np
@@ -24,6 +24,9 @@ from labgym.envs.vector.arguments import PointNavVectorEnv, kernel_has
 from labgym.envs.vector.board import Board, BoardAddress, shared_board
 from labgym.errors import LabgymError, OptionError
 from labgym.runs.local_pool import LocalPool, WorkerLostError
+
+if TYPE_CHECKING:
+    from labgym.envs.vector.env import VectorPointNavEnv
 
 
 class WorkersLostError(LabgymError):
@@ -343,7 +346,7 @@ class SingleEnvs(SyncVectorEnv):
         self.envs[row].get_wrapper_attr("resume_climb")(state)
 
 
-def _many(config: PointNavConfig, limit: int | None, mode: AutoresetMode, count: int) -> Any:
+def _many(config: PointNavConfig, limit: int | None, mode: AutoresetMode, count: int) -> SingleEnvs | VectorPointNavEnv:
     """Return environments of one process."""
     if not kernel_has(config):
         return SingleEnvs([partial(_single, config, limit)] * count, copy=False, autoreset_mode=mode)
