@@ -167,6 +167,26 @@ def test_a_model_with_a_round_wall_is_recognized(tmp_path):
     assert proposal.floor.origin[:2] == pytest.approx((0.1, 0.1), abs=0.05)
 
 
+def test_a_screen_of_glass_divides_no_space(tmp_path):
+    building = house()
+    building.wall(building.storeys[0], (1.0, 0.1), (1.0, 3.9), 0.01)
+    floor = read_floor(building.save(tmp_path / "house.ifc"))
+    assert {space.id: round(space.area, 3) for space in floor.spaces} == {"0.1_Lab": 22.04, "0.2": 13.68}
+
+
+def test_an_exit_next_to_the_corner_of_another_room_is_recognized(tmp_path):
+    building = Building()
+    ground = building.storeys[0]
+    corners = ((0, 0), (4, 0), (4, 4), (9, 4), (9, 8), (0, 8))
+    for index, (start, end) in enumerate(zip(corners, [*corners[1:], corners[0]], strict=True)):
+        building.wall(ground, start, end, doors=(1.2,) if index == 1 else ())
+    building.wall(ground, (0, 4), (4, 4), doors=(2.0,))
+    building.space(ground, [(0.1, 0.1), (3.9, 0.1), (3.9, 3.9), (0.1, 3.9)], "a")
+    building.space(ground, [(0.1, 4.1), (8.9, 4.1), (8.9, 7.9), (0.1, 7.9)], "b")
+    (exit_,) = (way for way in recognize(building.save(tmp_path / "house.ifc")).floor.doorways if way.exit)
+    assert (exit_.x, exit_.y) == pytest.approx((3.9, 1.1), abs=0.1)
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [
@@ -174,6 +194,10 @@ def test_a_model_with_a_round_wall_is_recognized(tmp_path):
         (b"PK\x03\x04", "not an IFC file"),
         (b"ISO-10303-21;\nHEADER;\nENDSEC;\n", "IFC"),
         (b"ISO-10303-21;\nDATA;\n#1=IFCWALL(\n", "IFC"),
+        (
+            b"ISO-10303-21;\nHEADER;\nFILE_SCHEMA(('IFC2X_FINAL'));\nENDSEC;\n",
+            "IFC2X_FINAL is not read: save .* as IFC4",
+        ),
     ],
 )
 def test_a_file_that_is_no_building_model_is_one_line(tmp_path, content, words):

@@ -1,6 +1,8 @@
-"""Rooms that answers draw, exits and narrow doors of images, pages of PDF files, and regions with oblique sides."""
+"""Rooms that answers draw, exits and doors of plans, pages of PDF files, and regions with oblique sides."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 import pytest
@@ -126,3 +128,41 @@ def test_a_region_with_many_oblique_sides_keeps_its_area():
     area = outline(Space(id="a", x=x, y=y, yaw=yaw, region=rectangles, ceiling=3.0))
     assert area.area > 0.95 * star.area
     assert area.difference(star.buffer(1e-3)).area < 1e-3
+
+
+def faces(path, door, y=6.0):
+    """Draw two rooms with both faces of their walls, 0.2 m apart, and a door 0.9 m wide between them."""
+    ezdxf = pytest.importorskip("ezdxf")
+    drawing = ezdxf.new("R2010", units=6)
+    model = drawing.modelspace()
+    for ring in (box(0, 0, 9, y), box(-0.2, -0.2, 9.2, y + 0.2)):
+        model.add_lwpolyline(list(ring.exterior.coords), close=True, dxfattribs={"layer": "WALL"})
+    for low, high in ((0.0, 0.7), (0.7, 1.6), (1.6, y)):  # with thresholds
+        model.add_lwpolyline(list(box(5.0, low, 5.2, high).exterior.coords), close=True, dxfattribs={"layer": "WALL"})
+    quarter = [(5.0 + 0.9 * math.sin(a), 0.7 + 0.9 * math.cos(a)) for a in np.linspace(0.0, math.pi / 2.0, 9)]
+    if door == "spline":
+        model.add_spline([(*point, 0.0) for point in quarter], dxfattribs={"layer": "Furniture"})
+    elif door == "polyline with its leaf":
+        model.add_lwpolyline([*quarter, (5.0, 0.7)], dxfattribs={"layer": "0"})
+    elif door == "rectangle in a wall":
+        ring = list(box(5.05, 0.7, 5.15, 1.6).exterior.coords)
+        drawing.blocks.new("DOOR-SINGLE").add_lwpolyline(ring, close=True)
+        model.add_blockref("DOOR-SINGLE", (0.0, 0.0))
+    drawing.saveas(path)
+    return path
+
+
+@pytest.mark.parametrize("door", ["spline", "polyline with its leaf", "rectangle in a wall"])
+def test_doors_are_found_however_they_are_drawn(tmp_path, door):
+    proposal = recognize(faces(tmp_path / "plan.dxf", door))
+    assert sorted(room.area for room in in_file(proposal)) == pytest.approx([3.8 * 6.0, 30.0], rel=0.03)
+    (inner,) = [way for way in proposal.floor.doorways if not way.exit]
+    x, y = proposal.floor.origin[0] + inner.x, proposal.floor.origin[1] + inner.y
+    assert (x, y, inner.width) == pytest.approx((5.1, 1.15, 0.9), abs=0.1)
+
+
+@pytest.mark.parametrize("y", [5.96, 5.97, 6.0])
+def test_a_wall_of_lines_is_closed_wherever_the_cells_lie(tmp_path, y):
+    proposal = recognize(faces(tmp_path / "plan.dxf", "spline", y))
+    assert [way.width for way in proposal.floor.doorways if way.exit] == pytest.approx([1.0], abs=1e-3)
+    assert sum("no exit" in question for question in proposal.questions) == 1

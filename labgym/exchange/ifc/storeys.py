@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,14 +16,18 @@ from labgym.errors import DocumentError, UnknownNameError, optional_package
 from labgym.exchange.ifc.footprints import Array, Entity, footprint
 from labgym.exchange.strips import Point
 from labgym.geometry.frames import PlanarPose
-from labgym.geometry.polygons import polygons
+from labgym.geometry.polygons import grown, polygons
 
 if TYPE_CHECKING:
     from shapely import Geometry, Polygon
 
 MAX_BYTES = 64 * 1024 * 1024
+SCHEMAS = ("IFC2X3", "IFC4")
+"""Begins of the names of schemas that are read."""
 MAX_PRODUCTS = 20_000
 """Largest number of walls, doors, windows, openings and spaces of a storey."""
+SCREEN_M = 0.03
+"""Walls thinner than this inside one space, such as the glass of showers, divide no room, meters."""
 SILL_M, LEAST_M, HEAD_M = 0.3, 0.5, 1.8
 """Greatest height of the lower edge of a way, its least width, and its least height, meters."""
 
@@ -129,6 +134,9 @@ def _opened(path: Path) -> Any:
     text = read_bytes(path, MAX_BYTES).decode("utf-8-sig", "replace")
     if not text.lstrip().startswith("ISO-10303-21"):
         raise DocumentError(path, "", "not an IFC file (STEP): save the model as .ifc")
+    schema = re.search(r"FILE_SCHEMA\s{0,9}\(\s{0,9}\(\s{0,9}'([^']{1,40})'", text[:20_000])
+    if schema is not None and not schema[1].startswith(SCHEMAS):
+        raise DocumentError(path, "", f"schema {schema[1]} is not read: save the model as IFC4 or IFC2X3")
     try:
         return ifcopenshell.file.from_string(text)
     except Exception as error:  # noqa: BLE001 - ifcopenshell's own classes differ between versions
@@ -212,6 +220,7 @@ class _Reader:
             for wall in self._wall(each)
         ]
         rooms = [room for each in products if each.is_a("IfcSpace") for room in self._rooms(each)]
+        walls = [wall for wall in walls if not _is_screen(wall, rooms)]
         ways = [
             way
             for each in products
@@ -297,6 +306,10 @@ class _Reader:
         along = sides[int(np.hypot(*sides.T).argmax())]
         along = along / np.hypot(*along)
         return (float(along[0]), float(along[1])), (float(-along[1]), float(along[0]))
+
+
+def _is_screen(wall: Wall, rooms: list[Room]) -> bool:
+    return grown(wall.area, -SCREEN_M / 2.0).is_empty and any(room.area.contains(wall.area.centroid) for room in rooms)
 
 
 def _operation(door: Entity) -> str:

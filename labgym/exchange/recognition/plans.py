@@ -11,7 +11,8 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from shapely import LineString, STRtree, line_interpolate_point
+import shapely
+from shapely import LineString, Polygon, STRtree, line_interpolate_point
 
 from labgym.errors import DocumentError
 from labgym.exchange.dxf import layers
@@ -35,7 +36,7 @@ MARGIN = 4.0
 """Empty space around the drawing, meters; wider than the gaps that are closed."""
 OTHERS = re.compile(
     r"FURN|CHAIR|TABLE|DESK|SEAT|TOILET|SANIT|WC|STAIR|TREPPE|ESCAL|ELEV|LIFT|TEXT|ANNO|DIM|HATCH|GRID|AXIS|ACHSE|DEFPOINTS"
-    r"|PLANT|TREE|ROOF|SITE|TITLE|FRAME|BORDER|JOURNEY|WAYPOINT|DISTRIB|EXIT|PEOPLE|VOID|EQPM|EQUIP|LIGHT|ELEC|HVAC",
+    r"|PLANT|TREE|ROOF|CEIL|CLNG|BEAM|SITE|TITLE|FRAME|BORDER|JOURNEY|WAYPOINT|DISTRIB|EXIT|PEOPLE|VOID|EQPM|EQUIP|LIGHT|ELEC|HVAC",
     re.IGNORECASE,
 )
 """Words in the names of layers without walls."""
@@ -52,6 +53,8 @@ DOOR_RADII = (0.55, 1.35)
 """Usual widths of leaves, meters."""
 SWEEPS = (math.radians(8.0), math.radians(185.0))
 """Angles by which drawn leaves are open."""
+SHUT = 0.15
+"""Greatest distance of a door that is drawn shut from the lines of its wall, and half of its thickness, meters."""
 ROOM_AREA = 4.0
 """Area of the smallest closed line that is read as a room, square meters."""
 ALONG, PLACES = 0.3, 40
@@ -250,6 +253,7 @@ def _drawn(walls: Sequence[Line], lines: Sequence[Line], unit: float) -> Picture
     shape = tuple(math.ceil(extent / cell) for extent in (high - low)[::-1])
     arcs = [line for line in lines if line.arc is not None and _is_door(line, unit)]
     doors, leaves = _doors(arcs, solid_lines, unit, yaw)
+    doors += _shut_doors([line for line in lines if line.role == layers.DOORS and line.closed], solid_lines, unit, yaw)
     kept = [part for line in solid_lines for part in _without(line, leaves)]
     solid = _raster([*kept, *(np.array(door) for door in doors)], low, cell, shape)
     outside = outside_of(~solid, cell)
@@ -340,6 +344,26 @@ def _doors(
         angles = [math.atan2(end[1] - y, end[0] - x) for end in (shut, other)]
         leaves.append(_Leaf((x, y), radius, angles[0], angles[1]))
     return doors, leaves
+
+
+def _shut_doors(outlines: Sequence[Line], walls: Sequence[Array], unit: float, yaw: float) -> list[tuple[Point, Point]]:
+    """Return the middle lines of oblong outlines that lie along walls: doors that are drawn shut."""
+    shapes = shapely.union_all([LineString(line) for line in walls])
+    doors: list[tuple[Point, Point]] = []
+    for outline in outlines:
+        box = Polygon(turned(outline.points * unit, -yaw)).minimum_rotated_rectangle
+        if box.geom_type != "Polygon":
+            continue
+        corners = shapely.get_coordinates(box)[:4]
+        if math.dist(corners[0], corners[1]) < math.dist(corners[1], corners[2]):
+            corners = np.roll(corners, -1, axis=0)
+        start, end = (corners[0] + corners[3]) / 2.0, (corners[1] + corners[2]) / 2.0
+        wide = DOOR_RADII[0] <= math.dist(start, end) <= 2.0 * DOOR_RADII[1]
+        if not wide or math.dist(corners[0], corners[3]) > 2.0 * SHUT:
+            continue
+        if all(shapes.distance(shapely.Point(end_)) <= SHUT for end_ in (start, end)):
+            doors.append(((float(start[0]), float(start[1])), (float(end[0]), float(end[1]))))
+    return doors
 
 
 def _without(line: Array, leaves: Sequence[_Leaf]) -> list[Array]:

@@ -54,6 +54,8 @@ ROUNDS = 24
 """Largest number of parts that are left out until the rest forms a floor."""
 PASSABLE = 0.72
 """Width of the narrowest door for the robot, meters; openings that may be as wide get it."""
+BLOCKED_M = 0.1
+"""Distance from a blocked place within which an opening is left out, more than widening moves it, meters."""
 DRAWN_WALL = 0.1
 """Thickness of a wall of --split, meters."""
 ROOM = re.compile(r"space '(room_[0-9]{1,3})'")
@@ -244,11 +246,11 @@ def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, n
             )
         here = _Notes(notes.frame, list(notes.skipped), list(notes.questions))
         walls = _with_doors(picture, rooms, answers, here, cut_off, blocked)
-        for label in sorted(set(rooms) - reached(walls, list(rooms))):
+        apart = sorted(set(rooms) - reached(walls, list(rooms)))
+        for label in apart[len(apart) // 2 :]:  # the smaller ones: without them walls of the others may be outer ones
             notes.skipped.append(f"{_named(picture, label, rooms[label])}: no wall has place for a door")
             left_out.add(label)
-            break
-        else:
+        if not apart:
             try:
                 floor = _floor(path, rooms, walls, (x0, y0))
             except (ValidationError, OptionError) as error:
@@ -352,7 +354,11 @@ def _with_doors(
 
 def _revise(picture: Picture, wall: PlanWall, blocked: Set[Pair], notes: _Notes) -> None:
     """Leave out the openings of a wall that are blocked, and widen those that may be wide enough for the robot."""
-    wall.openings = [way for way in wall.openings if wall.point(sum(way) / 2.0) not in blocked]
+    wall.openings = [
+        way
+        for way in wall.openings
+        if all(math.dist(wall.point(sum(way) / 2.0), place) > BLOCKED_M for place in blocked)
+    ]
     for index, (low, high) in enumerate(wall.openings):
         if high - low < PASSABLE <= high - low + 2.0 * picture.cell and wall.widen(index, PASSABLE):
             x, y = picture.to_file(np.array([wall.point((low + high) / 2.0)]))[0].tolist()

@@ -35,6 +35,12 @@ if TYPE_CHECKING:
 
 CURVED = ("ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE", "LINE", "SOLID", "TRACE", "3DFACE")
 """Entities that are read as lines; text, dimensions, hatches and images are not."""
+CURVES = ("ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE")
+"""Entities that may draw an arc, such as that of a scaled block."""
+ROUND = 0.03
+"""Greatest distance of points of an arc, and of the middles of its chords, from its circle as a share of the radius."""
+CHORDS = (0.95, 1.55)
+"""Chords of curves that are read as arcs, of 57 to 102 degrees, as shares of the radius."""
 CHORD = 0.01
 """Deviation of chords from a curve as a share of its size."""
 MAX_POINTS = 400_000
@@ -51,7 +57,7 @@ class Line:
         points: (n, 2) corners, in units of the drawing.
         layer: its layer, or that on which the block around it is inserted.
         role: what the names of the layer and of blocks say.
-        arc: center x, y, radius of a circular arc, None for other lines.
+        arc: center x, y, radius of a circular arc, None for other lines; outside of walls curves count, too.
     """
 
     points: Array
@@ -127,15 +133,39 @@ def _line(context: Context, entity: DXFEntity) -> Line | None:
             size = max((v.distance(path.start) for v in path.control_vertices()), default=0.0)
             vertices = list(path.flattening(max(CHORD * size, 1e-9), segments=1)) if len(path) else []
         points = np.array([(v.x, v.y) for v in vertices], dtype=np.float64).reshape(-1, 2)
-        arc = None
-        if entity.dxftype() == "ARC":
-            center = entity.ocs().to_wcs(entity.dxf.center)  # type: ignore[attr-defined]
-            arc = (float(center.x), float(center.y), float(entity.dxf.radius))
     except FAULTS + dxf_errors():
         return None
     if len(points) < 2 or not np.isfinite(points).all() or np.abs(points).max() > FARTHEST:
         return None
-    return Line(points, context.layers[0], layers.role(context.layers, context.blocks), arc)
+    role = layers.role(context.layers, context.blocks)
+    arc = None
+    if entity.dxftype() == "ARC":
+        arc = _circle(points)
+    elif role != layers.WALLS and entity.dxftype() in CURVES:
+        for part in (points, points[1:], points[:-1], points[1:-1]):  # a leaf may begin or end at the hinge
+            if arc is None and len(part) > 3:
+                circle = _circle(part)
+                chord = math.dist(part[0], part[-1])
+                if circle is not None and CHORDS[0] * circle[2] <= chord <= CHORDS[1] * circle[2]:
+                    points, arc = part, circle
+    return Line(points, context.layers[0], role, arc)
+
+
+def _circle(points: Array) -> tuple[float, float, float] | None:
+    """Return center x, y and radius of the circle of points (n, 2) of an open arc, None if they lie on none."""
+    offset = points - points[0]
+    chord = offset[-1]
+    aside = np.abs(offset @ (-chord[1], chord[0]))
+    if not aside.max() > 1e-3 * float(chord @ chord) > 0.0:
+        return None
+    corners = np.array([offset[int(aside.argmax())], chord])
+    center = np.linalg.solve(2.0 * corners, (corners**2).sum(axis=1))
+    radius = float(np.hypot(*center))
+    places = np.concatenate([offset, (offset[:-1] + offset[1:]) / 2.0])
+    if np.abs(np.hypot(*(places - center).T) - radius).max() > ROUND * radius:
+        return None
+    x, y = (points[0] + center).tolist()
+    return x, y, radius
 
 
 def _entities(drawing: Drawing, skipped: Counter[str]) -> Iterator[tuple[Context, DXFEntity]]:

@@ -115,9 +115,7 @@ def walls_around(rooms: Mapping[int, Polygon]) -> list[PlanWall]:
             shared = _shared(label, side, {other: sides[other] for other in near})
             walls += [wall for _, _, wall in shared if wall is not None]
             for low, high in _left(math.dist(*side), [(low, high) for low, high, _ in shared]):
-                wall = _outer(label, side, low, high, [rooms[other] for other in near])
-                if wall is not None:
-                    walls.append(wall)
+                walls += _outer(label, side, low, high, [rooms[other] for other in near])
     return walls
 
 
@@ -181,10 +179,12 @@ def _left(length: float, taken: Sequence[tuple[float, float]]) -> list[tuple[flo
     return result
 
 
-def _outer(label: int, side: tuple[Point, Point], low: float, high: float, rooms: Sequence[Polygon]) -> PlanWall | None:
-    """Return the outer wall of a part of a side, as thick as other rooms leave space for."""
+def _outer(
+    label: int, side: tuple[Point, Point], low: float, high: float, rooms: Sequence[Polygon]
+) -> Iterator[PlanWall]:
+    """Yield the outer walls of a part of a side, as thick as other rooms leave space for."""
     if high - low < SHORTEST:
-        return None
+        return
     (x0, y0), (x1, y1) = side
     length = math.dist(*side)
     ux, uy = (x1 - x0) / length, (y1 - y0) / length
@@ -209,10 +209,18 @@ def _outer(label: int, side: tuple[Point, Point], low: float, high: float, rooms
         part, start = max(parts, default=(0.0, 0.0))
         low, high = low + start, low + start + part
         if part < SHORTEST:
-            return None
+            return
     beyond = LineString([at(low, thickness + BEHIND), at(high, thickness + BEHIND)])
-    other = -1 if any(room.distance(beyond) < BEHIND - TOUCH for room in rooms) else 0
-    return PlanWall(at(low, thickness / 2.0), at(high, thickness / 2.0), thickness, (label, other))
+    hidden = []
+    for room in rooms:
+        places = (shapely.get_coordinates(beyond.intersection(grown(room, BEHIND - TOUCH))) - (x0, y0)) @ (ux, uy) - low
+        if len(places):
+            first, last = float(places.min()), float(places.max())
+            hidden.append((min(first, last - SHORTEST), max(last, first + SHORTEST)))
+    clear = [(a, b) for a, b in _left(high - low, hidden) if b - a > NARROWEST + 2.0 * FRAME]
+    for other, parts in ((0, clear), (-1, _left(high - low, clear))):
+        for a, b in parts:
+            yield PlanWall(at(low + a, thickness / 2.0), at(low + b, thickness / 2.0), thickness, (label, other))
 
 
 def trimmed(walls: Sequence[Wall], rooms: Sequence[Polygon]) -> dict[int, Wall]:
@@ -238,7 +246,7 @@ def trimmed(walls: Sequence[Wall], rooms: Sequence[Polygon]) -> dict[int, Wall]:
 
 def add_openings(picture: Picture, walls: Sequence[PlanWall]) -> None:
     """Add the openings that the picture shows: where the way through a wall is free from one side to the other."""
-    step = picture.cell / 2.0
+    step = picture.cell / 2.0  # samples a cell apart may jump over the cells of a line
     for wall in walls:
         if wall.rooms[1] in (-1, wall.rooms[0]):
             continue
@@ -246,16 +254,16 @@ def add_openings(picture: Picture, walls: Sequence[PlanWall]) -> None:
         # Of an outer wall the thickness is not known: the way begins, and no wall closes it.
         reach = near if wall.rooms[1] else BEGUN - wall.thickness / 2.0
         along = np.arange(step / 2.0, wall.length, step)
-        across = np.arange(-reach, near + step / 2.0, picture.cell)
+        across = np.arange(-reach, near + step / 2.0, step)
         if not len(along):
             continue
         start, (ux, uy) = np.array(wall.start), (np.array(wall.end) - wall.start) / wall.length
         grid = start + along[:, None, None] * (ux, uy) + across[None, :, None] * (-uy, ux)
         points = grid.reshape(-1, 2)
         clear = picture.free if wall.rooms[1] else picture.free | picture.outside
-        free = picture.sampled(clear, points).reshape(len(along), len(across)).mean(axis=1) >= 0.99
+        free = picture.sampled(clear, points).reshape(len(along), len(across)).all(axis=1)
         if not wall.rooms[1]:
-            beyond = np.arange(-wall.thickness / 2.0 - 0.25, -reach, picture.cell)
+            beyond = np.arange(-wall.thickness / 2.0 - 0.25, -reach, step)
             points = (start + along[:, None, None] * (ux, uy) + beyond[None, :, None] * (-uy, ux)).reshape(-1, 2)
             free &= ~picture.sampled(picture.solid, points).reshape(len(along), len(beyond)).any(axis=1)
         edges = np.flatnonzero(np.diff(np.concatenate([[False], free, [False]]).astype(np.int8)))
