@@ -19,10 +19,9 @@ from labgym.layouts import Layout
 from labgym.layouts.floor import Door, Floor, Room
 from labgym.layouts.placement import FLOOR, Placement, resized
 from labgym.layouts.records import Provenance
-from labgym.paper.labbuilder.forms import identifier
 from labgym.paper.labbuilder.frame import WALL_THICKNESS, to_radians, to_room
 from labgym.paper.labbuilder.names import Meaning, kind_of, meaning, unique_ids
-from labgym.paper.labbuilder.scene import LabBuilderScene, RoomSize, SceneObject, key, read_scene
+from labgym.paper.labbuilder.scene import LabBuilderScene, RoomSize, SceneObject, identifier, key, read_scene
 from labgym.paper.labbuilder.sizes import SIZES_FILE, AssetSize, read_sizes
 from labgym.paper.labbuilder.supports import Bodies, SupportBody, support_of
 from labgym.protocols import Protocol
