@@ -23,7 +23,7 @@ from labgym.layouts.floor import IDENTIFIER, Room
 from labgym.layouts.generate import FURNISHER, GENERATOR, generate_assessed, resolve_request
 from labgym.layouts.method import DEFAULT, Method
 from labgym.layouts.model import Layout
-from labgym.layouts.request import Request
+from labgym.layouts.request import Request, check_named_once
 from labgym.layouts.rules.rule_sets import TOUCHSTONE, RuleSet
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.sites import at_seed
@@ -257,10 +257,7 @@ def _check(requests: list[Request], count: int) -> None:
     """Check what can be checked before the first layout is generated."""
     if not requests:
         raise OptionError(f"no protocol; name at least one, or {ALL!r}")
-    ids = [request.protocol.id for request in requests]
-    twice = next((name for name in ids if ids.count(name) > 1), None)
-    if twice is not None:
-        raise OptionError(f"protocol {twice!r} is named twice; name each once")
+    check_named_once([request.protocol.id for request in requests])
     last = requests[0].seed + count - 1
     if last > MAX_SEED:
         raise OptionError(f"the last seed is {last}, expected at most {MAX_SEED}")

@@ -18,16 +18,7 @@ from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.rule_sets import PAPER
 from labgym.paper.labbuilder.reading import read_labbuilder
 from labgym.paper.labbuilder.routes import PAIRS_FILE, read_goals, route_protocol, usual_places, visited
-from labgym.paper.labbuilder.scene_tables import (
-    AFTER,
-    BEFORE,
-    POLICY,
-    STATES,
-    SceneRow,
-    State,
-    mean_table,
-    scene_table,
-)
+from labgym.paper.labbuilder.scene_tables import AFTER, BEFORE, POLICY, STATES, SceneRow, State, mean_table, scene_table
 from labgym.paper.labbuilder.sizes import SIZES_FILE
 from labgym.paper.labbuilder.writing import SCENE_FILE, pairs_data, scene_data, sizes_data
 from labgym.paper.labbuilder_rules.inputs import scene_from_file

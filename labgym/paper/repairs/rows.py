@@ -135,14 +135,9 @@ def repair_row(case: RepairCase, seed: int, rules: str | RuleSet = PAPER) -> tup
         objects=len(layout.placements),
         damaged=ill.damage.ids,
         v_damaged=result.before.v,
-        v=judged.v,
         moved=sum(kind in ("moved", "resettled") for kind in kinds),
         added=kinds.count("added"),
-        missing=judged.missing,
-        free_standing=judged.free_standing,
-        errors=judged.errors,
-        warnings=judged.warnings,
-        outside=judged.outside,
         repaired=judged.repaired,
+        **vars(judged),
     )
     return row, round(seconds, DIGITS)

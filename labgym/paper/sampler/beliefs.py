@@ -1,4 +1,4 @@
-"""What the sampler knows of a space: the role of each wall, and the pieces as it remembers them."""
+"""The sampler's knowledge of a space: the role of each wall, and the pieces as it remembers them."""
 
 from __future__ import annotations
 
