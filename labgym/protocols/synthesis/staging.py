@@ -37,13 +37,7 @@ from labgym.protocols.rules.temperatures import SUPERHEAT_K
 from labgym.protocols.rules.vessels import vapor_pressure
 from labgym.protocols.sizing import fitted
 from labgym.protocols.substances import OpenedExperiment, Resolver, opened
-from labgym.protocols.synthesis.builder import (
-    ProtocolBuilder,
-    clean_up,
-    is_pyrophoric,
-    short_name,
-    weigh_first,
-)
+from labgym.protocols.synthesis.builder import ProtocolBuilder, clean_up, is_pyrophoric, short_name, weigh_first
 from labgym.protocols.synthesis.endings import ended
 from labgym.protocols.validate import ProtocolError, examine, faults
 from labgym.quantities import ROOM_RANGE
