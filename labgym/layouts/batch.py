@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from labgym.assets import Catalog
 from labgym.counts import MAX_SEED, whole_number
-from labgym.documents import Record, canonical_hash, document_error, json_bytes, read_json
+from labgym.documents import Record, canonical_hash, json_bytes, read_json, validating
 from labgym.errors import DocumentError, InfeasibleError, OptionError, SearchLimitError, UnrepairedError
 from labgym.layouts.floor import IDENTIFIER, Room
 from labgym.layouts.generate import FURNISHER, GENERATOR, generate_assessed, resolve_request
@@ -191,10 +191,9 @@ def read_rows(folder: str | Path) -> Iterator[BatchRow]:
         raise OptionError(f"{folder} holds no finished batch of layouts: {ROWS} is missing; run labgym generate again")
     with path.open("rb") as stream:
         for number, line in enumerate(stream, start=1):
-            try:
-                yield BatchRow.model_validate_json(line)
-            except ValidationError as error:
-                raise document_error(f"{path}:{number}", error) from None
+            with validating(f"{path}:{number}"):
+                row = BatchRow.model_validate_json(line)
+            yield row
 
 
 def load_layout(folder: str | Path, row: BatchRow, catalog: Catalog | None = None) -> Layout | None:
