@@ -127,10 +127,8 @@ class Document(Record):
             raise DocumentError(source, "schema", f"missing; this kind of file has {cls.SCHEMA!r} there")
         if data["schema"] != cls.SCHEMA:
             raise DocumentError(source, "schema", f"expected {cls.SCHEMA!r}, got {str(data['schema'])[:80]!r}")
-        try:
+        with validating(source):
             return cls.model_validate({key: value for key, value in data.items() if key != "schema"})
-        except ValidationError as error:
-            raise document_error(source, error) from None
 
     def to_json(self) -> dict[str, Any]:
         """Return the document as plain JSON data, schema first."""
@@ -160,6 +158,19 @@ def document_error(source: object, error: ValidationError, *parents: object) -> 
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
     value = "" if isinstance(first["input"], dict | list) else f", got {repr(first['input'])[:60]}"
     return DocumentError(source, field, " ".join(first["msg"].removeprefix("Value error, ").split()) + value + more)
+
+
+@contextmanager
+def validating(source: object, *parents: object) -> Iterator[None]:
+    """Turn pydantic's report of an invalid value in a block into the error of its source.
+
+    Raises:
+        DocumentError: a value in the block is invalid; names the first field, below its `parents`.
+    """
+    try:
+        yield
+    except ValidationError as error:
+        raise document_error(source, error, *parents) from None
 
 
 def read_bytes(path: str | Path, max_bytes: int) -> bytes:

@@ -109,6 +109,21 @@ class OptionError(LabgymError, ValueError):
     """An argument that is out of range or of the wrong type."""
 
 
+def refuse_idle(arguments: Iterable[tuple[str, bool, str]]) -> None:
+    """Refuse the first argument that was passed and has no effect.
+
+    Args:
+        arguments: the name as the user writes it, whether it was passed and has no effect, and the reason with the
+            remedy, which follows "NAME has no effect".
+
+    Raises:
+        OptionError: an argument has no effect.
+    """
+    for name, idle, reason in arguments:
+        if idle:
+            raise OptionError(f"{name} has no effect {reason}")
+
+
 class DocumentError(LabgymError, ValueError):
     """A file that cannot be read as the expected document.
 

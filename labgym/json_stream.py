@@ -9,16 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from labgym.documents import (
     Record,
     check_bounds,
-    document_error,
     has_more_values,
     not_json,
     read_bytes,
     uncollected,
+    validating,
 )
 from labgym.errors import DocumentError
 
@@ -68,10 +66,8 @@ def _read_fields(reader: JsonReader, path: object, schema: str, name: str, recor
             if len(records) == most:
                 raise DocumentError(path, name, f"more than {most} entries; split it into several files")
             check_bounds(item, path, name, len(records))
-            try:
+            with validating(path, name, len(records)):
                 records.append(record.model_validate(item))
-            except ValidationError as error:
-                raise document_error(path, error, name, len(records)) from None
     return data
 
 

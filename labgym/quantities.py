@@ -322,3 +322,8 @@ def _pressure_pattern() -> re.Pattern[str]:
 def _duration_pattern() -> re.Pattern[str]:
     units = rf"({spellings('time')})(?![A-Za-z])"
     return re.compile(rf"(?<![A-Za-z0-9.])(\d{{1,4}}(?:\.\d+)?|{_WORD}){_RANGE}\s*{units}", re.IGNORECASE)
+
+
+def plain_number(value: float) -> str:
+    """Return a number without an exponent."""
+    return f"{value:.9f}".rstrip("0").rstrip(".")

@@ -232,6 +232,26 @@ class Asset(Record):
         """State of matter of a reagent; None for other assets."""
         return None if self.chemistry is None else self.chemistry.state
 
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Reactive groups of a reagent; none for other assets."""
+        return () if self.chemistry is None else self.chemistry.groups
+
+    @property
+    def smiles(self) -> str:
+        """Structure of a reagent; "" if it is not known, and for other assets."""
+        return "" if self.chemistry is None else self.chemistry.smiles or ""
+
+    @property
+    def formula(self) -> str:
+        """Molecular formula of a reagent; "" if it is not known, and for other assets."""
+        return "" if self.chemistry is None else self.chemistry.formula or ""
+
+    @property
+    def boiling_point(self) -> float | None:
+        """Boiling point of a reagent, degrees Celsius; None if it is not known, and for other assets."""
+        return None if self.chemistry is None else self.chemistry.boiling_point
+
     @cached_property
     def digest(self) -> str:
         """SHA-256 of everything that decides geometry, physics and chemistry.

@@ -153,18 +153,16 @@ def is_aqueous(asset: Asset) -> bool:
 
     It is if it has the reactive group "aqueous", or is a liquid with a strength below 90 % in one of its names.
     """
-    chemistry = asset.chemistry
-    if chemistry is None or chemistry.state != "liquid":
+    if asset.phase != "liquid":
         return False
     names = (_PERCENT.search(form) for form in asset.synonyms_en)
     strengths = [float(match[1]) for match in names if match is not None]
-    return "aqueous" in chemistry.groups or any(strength < AQUEOUS_BELOW_PERCENT for strength in strengths)
+    return "aqueous" in asset.groups or any(strength < AQUEOUS_BELOW_PERCENT for strength in strengths)
 
 
 def is_hydrate(asset: Asset) -> bool:
     """Return whether the structure of a solid reagent contains water of crystallization."""
-    chemistry = asset.chemistry
-    return chemistry is not None and chemistry.state == "solid" and "O" in (chemistry.smiles or "").split(".")
+    return asset.phase == "solid" and "O" in asset.smiles.split(".")
 
 
 _UNITS = "mg|g|kg|ug|w|kw|v|hz|khz|rpm|bar|mbar|°?c|gal|gallons?|oz|l|ml|mm|cm|ft|in|inch(?:es)?"

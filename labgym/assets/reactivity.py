@@ -239,10 +239,10 @@ def to_avoid(asset: Asset, others: Iterable[Asset]) -> tuple[tuple[str, Reaction
 
 
 def _features(asset: Asset) -> tuple[str, ...]:
-    if asset.chemistry is None or not asset.chemistry.groups:
+    if not asset.groups:
         return ()
     flags = carried(asset)
-    return tuple(sorted({*asset.chemistry.groups, *(trait for trait in TRAITS if flags[trait])}))
+    return tuple(sorted({*asset.groups, *(trait for trait in TRAITS if flags[trait])}))
 
 
 def _kinds(group: str) -> tuple[str, ...]:

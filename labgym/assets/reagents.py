@@ -26,7 +26,7 @@ def reactive_reagent(catalog: Catalog, text: str) -> Asset:
     asset = catalog.get(match.name) if match is not None else reagent_by_structure(catalog, text)
     if asset.kind != "reagent":
         raise OptionError(f"{asset.name} is an asset of kind {asset.kind} ({asset.category}): name two reagents")
-    if asset.chemistry is None or not asset.chemistry.groups:
+    if not asset.groups:
         raise OptionError(f"no reactive group of {asset.name} is known, so its reactions cannot be looked up")
     return asset
 

@@ -135,6 +135,6 @@ def reagent_of(smiles: str, reagents: Iterable[Asset]) -> Asset | None:
     """
     spelling = canonical(smiles)
     for asset in sorted(reagents, key=lambda asset: (not asset.core, asset.name)):
-        if asset.chemistry is not None and asset.chemistry.smiles and canonical(asset.chemistry.smiles) == spelling:
+        if asset.smiles and canonical(asset.smiles) == spelling:
             return asset
     return None

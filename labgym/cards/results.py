@@ -180,15 +180,9 @@ def _change(change: MetricDifference) -> str:
 def _effects(changes: Mapping[str, Mapping[str, MetricDifference]], titles: Mapping[str, str]) -> str:
     """Return a sentence on the variants none of whose differences has an interval without zero."""
     first = next(iter(titles.values()))
-    same = [titles[name] for name in changes if not any(_apart(changes[name][key]) for key, _ in ABLATION_COLUMNS)]
+    same = [titles[name] for name in changes if not any(changes[name][key].significant for key, _ in ABLATION_COLUMNS)]
     if not same:
         return f'Every variant in the table differs from "{first}" by an interval without zero in at least one column.'
     if len(same) == len(changes):
         return f'No variant differs from "{first}" by an interval without zero: the study shows no effect.'
     return f'Not distinguishable from "{first}" (all intervals contain zero): {"; ".join(same)}.'
-
-
-def _apart(change: MetricDifference) -> bool:
-    """Return whether the interval of a difference excludes zero; false if it is unknown."""
-    low, high = change.difference.low, change.difference.high
-    return low is not None and high is not None and (low > 0.0 or high < 0.0)

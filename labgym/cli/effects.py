@@ -10,7 +10,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from labgym.effects import refuse_idle
+from labgym.errors import refuse_idle
 
 EXECUTION = ("workers", "executor", "scheduler", "slurm")
 DRIVES = ("task", "level", "split", "policy", "sensors", "episodes", "successful")

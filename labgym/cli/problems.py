@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 from importlib.util import find_spec
 
 from labgym.counts import MAX_COUNT, MAX_PROCESSES, MAX_SEED, MAX_STEPS, whole_number
@@ -61,12 +62,8 @@ at 0.5 to 0.6 GB, OpenBLAS at 0.8 GB); `labgym compile` takes 0.9 GB."""
 def memory_problem() -> str | None:
     """Return the one line that refuses a limit of the address space under which libraries crash.
 
-    None if the limit is high enough, or where the system has none.
+    None if the limit is high enough or unset.
     """
-    try:
-        import resource
-    except ImportError:  # Windows
-        return None
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
     if limit == resource.RLIM_INFINITY or limit >= LEAST_ADDRESS_SPACE_BYTES:
         return None

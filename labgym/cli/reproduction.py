@@ -231,8 +231,7 @@ def _comparison(arguments: ScopeArguments, judge: Mode | None = None, names: Tex
 
 
 def _ablation(arguments: ScopeArguments, judge: Mode | None = None, names: Texts = ()) -> Study[Any]:
-    from labgym.paper.reproduction.ablation import RepairAblation, ablation_variants
-    from labgym.paper.reproduction.comparison import proposers
+    from labgym.paper.reproduction.comparison import RepairAblation, ablation_variants, proposers
     from labgym.paper.reproduction.scope import model_name
 
     scope, model = arguments.scope("ablation"), model_name()

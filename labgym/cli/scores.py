@@ -109,8 +109,7 @@ def _labbuilder(names: Sequence[str], library: str | None, as_json: bool) -> int
     from labgym.paper.labbuilder_rules.inputs import rated_scenes
     from labgym.paper.labbuilder_rules.library import open_library
     from labgym.paper.labbuilder_rules.quirks import MODES
-    from labgym.paper.labbuilder_rules.tables import rules_table, verdict_values
-    from labgym.paper.labbuilder_rules.verdict import both_modes
+    from labgym.paper.labbuilder_rules.verdict import both_modes, rules_table, verdict_values
 
     if library is None:
         raise OptionError(

@@ -13,7 +13,7 @@ from labgym.cli.arguments import OptionalPath, OptionalText, PolicyOptions, allo
 from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.episodes import play_episodes
 from labgym.cli.outcome import DONE, written
-from labgym.errors import OptionError
+from labgym.errors import OptionError, UnknownNameError
 
 if TYPE_CHECKING:
     from labgym.eval.driving.drive import TransitionDrive
@@ -138,8 +138,6 @@ def _first(episodes: Sequence[ViewerEpisode], pair: int) -> int:
         OptionError: there are no episodes.
         UnknownNameError: the layout has no such pair.
     """
-    from labgym.errors import UnknownNameError
-
     if not episodes:
         raise OptionError("the layouts have no goal pair to drive: pass another --protocol")
     pairs = [episode.assignment.pair.index for episode in episodes if episode.layout is episodes[0].layout]

@@ -13,7 +13,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from labgym.datasets.options import TRAINING_SPLITS, DriveOptions
-from labgym.datasets.shards import FinishedShard, FinishedShards
+from labgym.datasets.shard import FinishedShard, FinishedShards
 from labgym.datasets.tables import OBSERVATION, PRIVILEGED, column_array
 from labgym.datasets.video import (
     CODEC,

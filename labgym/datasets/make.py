@@ -13,8 +13,7 @@ from labgym.datasets.card import card
 from labgym.datasets.lerobot_format import lerobot_files
 from labgym.datasets.minari_format import minari_files
 from labgym.datasets.options import DriveOptions
-from labgym.datasets.shard import attempts_of, make_shard
-from labgym.datasets.shards import FinishedShards
+from labgym.datasets.shard import FinishedShards, attempts_of, make_shard
 from labgym.datasets.tables import parquet_bytes
 from labgym.documents import files_digest
 from labgym.errors import MissingDependencyError

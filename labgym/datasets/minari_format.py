@@ -12,7 +12,7 @@ from gymnasium import spaces
 
 import labgym
 from labgym.datasets.options import DriveOptions
-from labgym.datasets.shards import FinishedShard, FinishedShards
+from labgym.datasets.shard import FinishedShard, FinishedShards
 from labgym.datasets.tables import FINAL, OBSERVATION, PRIVILEGED, column_array, observations_of
 from labgym.runs.folder import Content
 from labgym.temporary import temporary_folder

@@ -141,28 +141,14 @@ def episode_table(episode: RecordedEpisode, observation: spaces.Dict, options: D
     pa, facts = arrow(), episode.facts
     schema = episodes_schema(observation)
     values: dict[str, Any] = {
+        **vars(options),
+        **vars(facts),
         "episode_index": facts.number,
         "length": len(episode.steps),
         "task_id": options.task_id,
-        "task": options.task,
-        "level": options.level,
-        "split": options.split,
-        "policy": options.policy,
-        "floor": facts.floor,
-        "floor_hash": facts.floor_hash,
-        "protocol": facts.protocol,
-        "seed": facts.seed,
         "goal": list(facts.announced),
-        "goals": facts.goals,
-        "radius": facts.radius,
-        "success": facts.success,
-        "score": facts.score,
-        "ending": facts.ending,
         "return": float(np.sum(np.array(episode.steps.rewards, np.float64))),
         "shortest_path_length": facts.shortest,
-        "path_length": facts.path_length,
-        "time": facts.time,
-        "attempt": facts.attempt,
         f"{PRIVILEGED}outcomes": json.dumps(facts.outcomes, sort_keys=True, allow_nan=False),
     }
     columns: dict[str, Any] = {name: [value] for name, value in values.items()}

@@ -7,10 +7,9 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import fields, replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from labgym.documents import read_json, read_yaml
-from labgym.effects import refuse_idle
 from labgym.envs.checks import record_of
 from labgym.envs.config import LABNAV, OBSERVATIONS, PointNavConfig
 from labgym.envs.labnav.curriculum import RULES, Curriculum
@@ -24,10 +23,7 @@ from labgym.envs.parts.rays import LidarSensor
 from labgym.envs.parts.rewards import RewardWeights
 from labgym.envs.parts.vectors import JointSensor, PlaceSensor, PoseSensor, VelocitySensor
 from labgym.envs.tasks import TRAINING_SPLITS
-from labgym.errors import DocumentError, OptionError, UnknownArgumentError, UnknownNameError, check_name
-
-if TYPE_CHECKING:
-    from labgym.envs.config import PointNavConfig
+from labgym.errors import DocumentError, OptionError, UnknownArgumentError, UnknownNameError, check_name, refuse_idle
 
 MAX_FILE_BYTES = 2**18
 """Largest size of a file; PyYAML takes 20 s for a megabyte."""

@@ -74,7 +74,6 @@ class PushingSimulation(Simulation):
         self._start = np.array([thing.pose for thing in things])
         self._names = frozenset(thing.name for thing in things)
         self._own = Mount.of(model).geoms
-        self._thing_of = {model.body(thing.name).id: thing.name for thing in things}
         self._reach = [thing.radius + robot.chassis_radius + TRAVEL for thing in things]
         super().__init__(model, robot, out_of_reach, alone)
 

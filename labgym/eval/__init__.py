@@ -5,7 +5,7 @@ from labgym.eval.evaluator import evaluate, read_evaluation
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.scoring.layout_report import LayoutReport, LayoutSummary
 from labgym.eval.scoring.score import aggregate, score
-from labgym.suites import Suite, load_suite, suite_names
+from labgym.suites import Suite, load_suite
 
 __all__ = [
     "LabNavEvaluation",
@@ -18,5 +18,4 @@ __all__ = [
     "load_suite",
     "read_evaluation",
     "score",
-    "suite_names",
 ]

@@ -9,8 +9,7 @@ from typing import Any
 
 from labgym.counts import MAX_SEED, whole_number
 from labgym.documents import json_bytes
-from labgym.effects import refuse_idle
-from labgym.errors import LabgymError, OptionError
+from labgym.errors import LabgymError, OptionError, refuse_idle
 from labgym.eval.driving.assignments import episode_keys
 from labgym.eval.driving.drive import drive_layout
 from labgym.eval.driving.episode_row import TransitionRow

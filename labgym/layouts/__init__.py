@@ -6,7 +6,6 @@ from labgym.layouts.method import Method
 from labgym.layouts.model import Layout
 from labgym.layouts.optimise import optimise
 from labgym.layouts.placement import Placement
-from labgym.layouts.records import Provenance
 from labgym.layouts.refinement import refine
 from labgym.layouts.rooms import room_presets
 from labgym.layouts.splits import load_published, published, train_layout
@@ -18,7 +17,6 @@ __all__ = [
     "Layout",
     "Method",
     "Placement",
-    "Provenance",
     "Room",
     "generate",
     "load_published",

@@ -13,17 +13,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from labgym.assets import Catalog
 from labgym.counts import MAX_SEED, whole_number
-from labgym.documents import Record, canonical_hash, document_error, json_bytes, read_json
+from labgym.documents import Record, canonical_hash, json_bytes, read_json, validating
 from labgym.errors import DocumentError, InfeasibleError, OptionError, SearchLimitError, UnrepairedError
 from labgym.layouts.floor import IDENTIFIER, Room
 from labgym.layouts.generate import FURNISHER, GENERATOR, generate_assessed, resolve_request
 from labgym.layouts.method import DEFAULT, Method
 from labgym.layouts.model import Layout
-from labgym.layouts.request import Request
+from labgym.layouts.request import Request, check_named_once
 from labgym.layouts.rules.rule_sets import TOUCHSTONE, RuleSet
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.sites import at_seed
@@ -191,10 +191,9 @@ def read_rows(folder: str | Path) -> Iterator[BatchRow]:
         raise OptionError(f"{folder} holds no finished batch of layouts: {ROWS} is missing; run labgym generate again")
     with path.open("rb") as stream:
         for number, line in enumerate(stream, start=1):
-            try:
-                yield BatchRow.model_validate_json(line)
-            except ValidationError as error:
-                raise document_error(f"{path}:{number}", error) from None
+            with validating(f"{path}:{number}"):
+                row = BatchRow.model_validate_json(line)
+            yield row
 
 
 def load_layout(folder: str | Path, row: BatchRow, catalog: Catalog | None = None) -> Layout | None:
@@ -257,10 +256,7 @@ def _check(requests: list[Request], count: int) -> None:
     """Check what can be checked before the first layout is generated."""
     if not requests:
         raise OptionError(f"no protocol; name at least one, or {ALL!r}")
-    ids = [request.protocol.id for request in requests]
-    twice = next((name for name in ids if ids.count(name) > 1), None)
-    if twice is not None:
-        raise OptionError(f"protocol {twice!r} is named twice; name each once")
+    check_named_once([request.protocol.id for request in requests])
     last = requests[0].seed + count - 1
     if last > MAX_SEED:
         raise OptionError(f"the last seed is {last}, expected at most {MAX_SEED}")

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from pkgutil import resolve_name
 from typing import Any, Literal, get_args
 
-from labgym.effects import refuse_idle
-from labgym.errors import OptionError, UnknownNameError, check_name
+from labgym.errors import OptionError, UnknownNameError, check_name, refuse_idle
 from labgym.layouts.adjust import Adjuster
 from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.model import Layout
@@ -102,8 +101,8 @@ class Method:
         zones: whether the proposal gets functional zones and an assignment of the steps to them, if it has none.
         on_failure: whether a layout that still violates rules or lacks required assets is an error, or is kept.
         facility: whether the optimization follows the facility rules (fronts, door areas, backs to walls, ways out)
-            and a failing layout is repaired. If not, the phases are those of the paper: the cost is v(L), and only the
-            refinement considers navigation.
+            and a failing layout is repaired. If not, the cost is v(L), and only the refinement considers navigation;
+            required assets that the proposal lacks are still added, unlike in the paper's phases (`labgym.paper.pure`).
 
     Raises:
         UnknownNameError: no proposer or adjuster has that name.
@@ -157,14 +156,7 @@ class Method:
     def options(self) -> dict[str, Any]:
         """The differences from the default, as plain data for provenance and for the identity of a run."""
         names = {
-            "proposer": self.proposer if isinstance(self.proposer, str) else type(self.proposer).__name__,
-            "optimise": self.optimise,
-            "refine": self.refine,
-            "adjuster": self.adjuster if isinstance(self.adjuster, str) else type(self.adjuster).__name__,
-            "dress": self.dress,
-            "on_failure": self.on_failure,
-            "zones": self.zones,
-            "facility": self.facility,
+            name: value if isinstance(value, str | bool) else type(value).__name__ for name, value in vars(self).items()
         }
         default = {name: field.default for name, field in type(self).__dataclass_fields__.items()}
         return {name: value for name, value in names.items() if value != default[name]}

@@ -166,6 +166,13 @@ def _reassigned(layout: Layout, command: Assign) -> Layout:
     return layout.replace(assignment=(*others, ZoneAssignment(location=command.location, zone=command.zone)))
 
 
+def applied(layout: Layout, commands: Iterable[Command]) -> Layout:
+    """Return the layout after some commands."""
+    for command in commands:
+        layout = apply(layout, command)
+    return layout
+
+
 def rests_on(layout: Layout, placement: Placement) -> float | None:
     """Return the height at which a placement's bottom belongs, meters; None on a wall."""
     if placement.support == WALL:

@@ -144,7 +144,7 @@ class _Optimization:
         for number, candidate in enumerate(candidates):
             self._judge("rearrange" if number else "tidy", (), fast_repair(candidate, self.current.profile))
             best = self.current
-            if not best.errors and not best.faulty and all(move.feasible for move in best.transitions or ()):
+            if not best.errors and not best.faulty and not best.unreached:
                 break
         self.record("rearrange")
 

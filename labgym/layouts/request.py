@@ -73,6 +73,17 @@ MOST = 5
 """Most protocols of one laboratory."""
 
 
+def check_named_once(ids: Sequence[str]) -> None:
+    """Check that no id of a protocol occurs twice.
+
+    Raises:
+        OptionError: names the id.
+    """
+    for name in ids:
+        if ids.count(name) > 1:
+            raise OptionError(f"protocol {name!r} is named twice; name each once")
+
+
 def combination(protocols: Sequence[Protocol], catalog: Catalog) -> Protocol:
     """Return a protocol whose laboratory serves several protocols.
 
@@ -85,9 +96,7 @@ def combination(protocols: Sequence[Protocol], catalog: Catalog) -> Protocol:
     if not 1 <= len(protocols) <= MOST:
         raise OptionError(f"{len(protocols)} protocols: a laboratory is for 1 to {MOST}")
     ids = [protocol.id for protocol in protocols]
-    twice = next((name for name in ids if ids.count(name) > 1), None)
-    if twice is not None:
-        raise OptionError(f"protocol {twice!r} is named twice; name each once")
+    check_named_once(ids)
     if len(protocols) == 1:
         return protocols[0]
     substances = {substance.name: substance for protocol in protocols for substance in protocol.substances}

@@ -8,9 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import ClassVar, Literal, get_args
 
-from pydantic import ValidationError
-
-from labgym.documents import Document, document_error
+from labgym.documents import Document, validating
 from labgym.errors import OptionError, check_name
 from labgym.layouts.floor import Door, Floor, Room, Service
 
@@ -124,11 +122,9 @@ def _by_name(name: str) -> Room:
         width, depth = float(size[1]), float(size[2])
         offsets = {"front": FROM_CORNER, "right": max(depth - FROM_CORNER, 0.5)}
         doors = [{"wall": wall, "offset": offset, "outward": True} for wall, offset in offsets.items()]
-        try:
+        with validating(f"room {name!r}"):
             # Validated in one go, so that a room that is too large is refused as such, and not by its doors.
             return Room.model_validate({"name": f"{width:g}x{depth:g}", "width": width, "depth": depth, "doors": doors})
-        except ValidationError as error:
-            raise document_error(f"room {name!r}", error) from None
     check_name("room preset (or a size such as 12x9, or a .json file)", name, PRESETS)
     return PRESETS[name]
 

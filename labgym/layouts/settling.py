@@ -35,15 +35,12 @@ Slot = tuple[str, int]
 
 
 def free_spots(
-    layout: Layout, item: str, support: str, slot: int, profile: Profile, most: int = 2, ignored: Collection[str] = ()
+    layout: Layout, item: str, support: str, slot: int, profile: Profile, most: int = 2
 ) -> tuple[Settle, ...]:
     """Return commands that stand an object on free spots of a slot, the spots nearest to where it is first.
 
     The object keeps a gap to everything else there, glassware `profile.glass` to the edges of open surfaces if they are
     deep enough. It stands parallel to the surface, turned by at most a quarter from where it is.
-
-    Args:
-        ignored: placements that do not count as obstacles.
     """
     asset, holder = layout.asset(item), layout.asset(support)
     if item == support or support in descendants(layout, item) or not _high_enough(asset, holder, slot):
@@ -69,7 +66,7 @@ def free_spots(
     order = np.argsort(np.array(costs), kind="stable")
     return tuple(
         Settle(item, support, slot, round(x, 6), round(y, 6), math.remainder(yaw, 2.0 * math.pi))
-        for x, y, yaw in _free(layout, item, support, slot, [poses[k] for k in order], most, ignored)
+        for x, y, yaw in _free(layout, item, support, slot, [poses[k] for k in order], most)
     )
 
 
@@ -160,23 +157,16 @@ def _offsets(length: float, size: float, margin: float, near: float) -> NDArray[
 
 
 def _free(
-    layout: Layout,
-    item: str,
-    support: str,
-    slot: int,
-    poses: Sequence[tuple[float, float, float]],
-    most: int,
-    ignored: Collection[str],
+    layout: Layout, item: str, support: str, slot: int, poses: Sequence[tuple[float, float, float]], most: int
 ) -> list[tuple[float, float, float]]:
     """Return the first poses in a surface's frame at which an object keeps a gap to everything else, spread out."""
     surface, size = layout.surface(support, slot), layout.asset(item).size
     carried = {item, *descendants(layout, item)}
     height = max(layout.box(each).z1 for each in carried) - layout.box(item).z0
-    left_out = carried | set(ignored)
     if layout.apparatus(support) == support:
-        left_out |= {support, *(p.id for p in layout.placements if p.support == support)}
+        carried |= {support, *(p.id for p in layout.placements if p.support == support)}
     bottom, top = surface.z0 + 1e-3, surface.z0 + height
-    obstacles = _obstacles(layout, left_out, surface, bottom, top)
+    obstacles = _obstacles(layout, carried, surface, bottom, top)
     x, y, yaw = np.array(poses, dtype=np.float64).reshape(-1, 3).T
     cosine, sine = math.cos(surface.yaw), math.sin(surface.yaw)
     middles = np.column_stack([surface.x + (cosine * x - sine * y), surface.y + (sine * x + cosine * y)])

@@ -27,9 +27,9 @@ def tidied(layout: Layout, protocol: Protocol | None) -> Layout:
     return layout
 
 
-def hanging_place(layout: Layout, placement_id: str, protocol: Protocol | None = None) -> Place | None:
+def hanging_place(layout: Layout, placement_id: str) -> Place | None:
     """Return the free place on a wall that is nearest to a wall-mounted object, or None if the walls are full."""
-    return _place(layout, placement_id, Keepouts.of(layout, protocol))
+    return _place(layout, placement_id, Keepouts.of(layout, None))
 
 
 def _is_accessory(layout: Layout, placement: Placement) -> bool:

@@ -4,14 +4,13 @@ from labgym.llm.client import LanguageModel, Reply, Usage
 from labgym.llm.config import LanguageModelConfig
 from labgym.llm.errors import LanguageModelError
 from labgym.llm.messages import Message
-from labgym.llm.prompting import Prompt, load_prompt
+from labgym.llm.prompting import load_prompt
 
 __all__ = [
     "LanguageModel",
     "LanguageModelConfig",
     "LanguageModelError",
     "Message",
-    "Prompt",
     "Reply",
     "Usage",
     "load_prompt",

@@ -246,7 +246,7 @@ def _cost(assessment: Assessment) -> int:
 
 
 def _infeasible(assessment: Assessment) -> int:
-    return sum(not transition.feasible for transition in assessment.transitions or ())
+    return len(assessment.unreached)
 
 
 def _missing(assessment: Assessment) -> int:

@@ -11,10 +11,11 @@ from dataclasses import replace
 
 from labgym.layouts.adjust import RuleAdjuster
 from labgym.layouts.model import Layout
+from labgym.layouts.moves import applied
 from labgym.layouts.optimise import ITERATIONS, LEVELS
 from labgym.layouts.refinement import blockages
 from labgym.layouts.refinement.operator import ITERATIONS as REFINEMENTS
-from labgym.layouts.refinement.operator import PATIENCE, applied, turns_and_pushes, unreached
+from labgym.layouts.refinement.operator import PATIENCE, turns_and_pushes
 from labgym.layouts.repair import fast_repair
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.rule_sets import RuleSet
@@ -52,7 +53,7 @@ def refined(layout: Layout, protocol: Protocol, rules: RuleSet, repair: bool = T
     on_grid = rules.paths == "grid"
     fewest, stalled = None, 0
     for _ in range(REFINEMENTS):
-        failures = unreached(evaluate_layout(layout, protocol, rules, navigation=True))
+        failures = evaluate_layout(layout, protocol, rules, navigation=True).unreached
         stalled = 0 if fewest is None or len(failures) < fewest else stalled + 1
         fewest = len(failures) if fewest is None else min(fewest, len(failures))
         places = [place for failure in failures for place in blockages(layout, failure, on_grid)]

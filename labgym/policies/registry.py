@@ -41,103 +41,81 @@ class PolicyEntry:
 
 
 BUILT_IN = {
-    entry.name: entry
-    for entry in (
-        PolicyEntry("astar", "labgym.policies.astar:AStarPolicy", "map", "", "A* on the true map; the upper bound"),
-        PolicyEntry(
-            "blind", "labgym.policies.blind:BlindPolicy", "map", "", "a path on the map, driven without any sensor"
-        ),
-        PolicyEntry("bug2", "labgym.policies.bug2:Bug2Policy", "lidar", "", "along the line to the goal and obstacles"),
-        PolicyEntry(
+    name: PolicyEntry(name, f"labgym.policies.{place}", sees, extra, summary)
+    for name, place, sees, extra, summary in (
+        ("astar", "astar:AStarPolicy", "map", "", "A* on the true map; the upper bound"),
+        ("blind", "blind:BlindPolicy", "map", "", "a path on the map, driven without any sensor"),
+        ("bug2", "bug2:Bug2Policy", "lidar", "", "along the line to the goal and obstacles"),
+        (
             "clairvoyant",
-            "labgym.policies.clairvoyant.policy:ClairvoyantPolicy",
+            "clairvoyant.policy:ClairvoyantPolicy",
             "world",
             "",
             "LabNav's privileged track: true floor, true pose, people's futures",
         ),
-        PolicyEntry("dwa", "labgym.policies.dwa:DwaPolicy", "lidar", "", "dynamic window towards a via point; no map"),
-        PolicyEntry(
+        ("dwa", "dwa:DwaPolicy", "lidar", "", "dynamic window towards a via point; no map"),
+        (
             "iplanner",
-            "labgym.policies.iplanner.policy:IPlannerPolicy",
+            "iplanner.policy:IPlannerPolicy",
             "depth",
             "train",
             "iPlanner-style: a network plans a path from one depth image",
         ),
-        PolicyEntry(
+        (
             "local-imitation",
-            "labgym.policies.local.policy:ImitationPolicy",
+            "local.policy:ImitationPolicy",
             "map",
             "train",
             "learned local planner on the stack's path, by imitation of the stack",
         ),
-        PolicyEntry(
+        (
             "local-ppo",
-            "labgym.policies.local.policy:ReinforcementPolicy",
+            "local.policy:ReinforcementPolicy",
             "map",
             "train",
             "learned local planner on the stack's path, by PPO on LabNav's tasks",
         ),
-        PolicyEntry(
+        (
             "mapless-local",
-            "labgym.policies.local.policy:MaplessLocalPolicy",
+            "local.policy:MaplessLocalPolicy",
             "lidar",
             "train",
             "the network of local-ppo on a map that it makes while it drives",
         ),
-        PolicyEntry(
+        (
             "mapless-oracle",
-            "labgym.policies.stack.oracle:MaplessOraclePolicy",
+            "stack.oracle:MaplessOraclePolicy",
             "world",
             "",
             "mapless-stack with perfect pose and lidar: what a map is worth",
         ),
-        PolicyEntry(
+        (
             "mapless-stack",
-            "labgym.policies.stack.mapless:MaplessStackPolicy",
+            "stack.mapless:MaplessStackPolicy",
             "lidar",
             "",
             "the navigation stack on a map that it makes while it drives",
         ),
-        PolicyEntry(
+        (
             "navdp",
-            "labgym.policies.navdp.policy:NavDPPolicy",
+            "navdp.policy:NavDPPolicy",
             "rgbd",
             "train",
             "NavDP-style: trajectories by diffusion, chosen by a critic",
         ),
-        PolicyEntry(
-            "online_map",
-            "labgym.policies.online_map:OnlineMapPolicy",
-            "depth",
-            "",
-            "builds a map while driving and plans on it",
-        ),
-        PolicyEntry("ppo", "labgym.policies.ppo.policy:PPOPolicy", "lidar", "train", "reinforcement learning on lidar"),
-        PolicyEntry(
-            "ppo-depth",
-            "labgym.policies.ppo.policy:PPODepthPolicy",
-            "depth",
-            "train",
-            "reinforcement learning on depth images",
-        ),
-        PolicyEntry(
-            "random", "labgym.policies.random_actions:RandomPolicy", "none", "", "random actions; the level of chance"
-        ),
-        PolicyEntry(
+        ("online_map", "online_map:OnlineMapPolicy", "depth", "", "builds a map while driving and plans on it"),
+        ("ppo", "ppo.policy:PPOPolicy", "lidar", "train", "reinforcement learning on lidar"),
+        ("ppo-depth", "ppo.policy:PPODepthPolicy", "depth", "train", "reinforcement learning on depth images"),
+        ("random", "random_actions:RandomPolicy", "none", "", "random actions; the level of chance"),
+        (
             "stack",
-            "labgym.policies.stack.policy:StackPolicy",
+            "stack.policy:StackPolicy",
             "map",
             "",
             "navigation stack on an old map with a lidar: localization, costmap, MPPI, docking, people",
         ),
-        PolicyEntry("still", "labgym.policies.still:StillPolicy", "none", "", "never moves"),
-        PolicyEntry(
-            "straight",
-            "labgym.policies.straight:StraightPolicy",
-            "goal",
-            "",
-            "drives directly at the goal and ignores obstacles",
-        ),
+        ("still", "still:StillPolicy", "none", "", "never moves"),
+        ("straight", "straight:StraightPolicy", "goal", "", "drives directly at the goal and ignores obstacles"),
     )
 }
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,10 +11,8 @@ from numpy.typing import ArrayLike
 from labgym.envs.robot import ROBOT, RobotSpec, turn_rate
 from labgym.errors import OptionError
 from labgym.geometry import Array, rotate, wrap_angle
+from labgym.navigation import Pose
 from labgym.policies.gentle import GentleCommands, GentleLimits
-
-if TYPE_CHECKING:
-    from labgym.navigation import Pose
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from labgym.protocols.constraints import derive
 from labgym.protocols.errors import RefusalError
-from labgym.protocols.library import Statistics, Summary, get, protocols, resolve, statistics
+from labgym.protocols.library import Summary, get, protocols, resolve, statistics
 from labgym.protocols.model import ChemicalConstraint, Protocol, ReactionType, ReagentUse, SpatialConstraint, Step
 from labgym.protocols.rules import Finding
 from labgym.protocols.validate import ProtocolError, check, examine, validate
@@ -16,7 +16,6 @@ __all__ = [
     "ReagentUse",
     "RefusalError",
     "SpatialConstraint",
-    "Statistics",
     "Step",
     "Summary",
     "check",

@@ -218,7 +218,7 @@ class _BatchTracker:
             return {asset.name: self._whole(asset) for asset in organic}
         if self._family(target) == SEPARATING and step.action in CARRYING:
             return {name: part for name, part in contents.items() if not _is_aqueous(self.catalog.get(name))}
-        onto_water = any(asset.name == WATER or not _WATERY.isdisjoint(_groups(asset)) for asset in added)
+        onto_water = any(asset.name == WATER or not _WATERY.isdisjoint(asset.groups) for asset in added)
         if step.action == "Quench" or (step.action == "Pour" and onto_water):
             return {name: part for name, part in contents.items() if not _is_quenched(self.catalog.get(name))}
         return contents
@@ -228,8 +228,8 @@ class _BatchTracker:
         return sum(volume_of(reagent, amount) * amount.portions for amount in amounts)
 
     def _boils_by(self, name: str, limit: float) -> bool:
-        chemistry = self.catalog.get(name).chemistry
-        return chemistry is None or chemistry.boiling_point is None or chemistry.boiling_point <= limit
+        boiling = self.catalog.get(name).boiling_point
+        return boiling is None or boiling <= limit
 
 
 def _moves(step: Step) -> bool:
@@ -238,14 +238,7 @@ def _moves(step: Step) -> bool:
 
 def _is_aqueous(reagent: Asset) -> bool:
     """Return whether a reagent goes into the aqueous layer: solutions of salts, mineral acids and bases."""
-    chemistry = reagent.chemistry
-    if chemistry is None:
-        return False
-    return chemistry.state == "solid" or not _WATERY.isdisjoint(chemistry.groups)
-
-
-def _groups(reagent: Asset) -> tuple[str, ...]:
-    return () if reagent.chemistry is None else reagent.chemistry.groups
+    return reagent.phase == "solid" or not _WATERY.isdisjoint(reagent.groups)
 
 
 def _is_quenched(reagent: Asset) -> bool:

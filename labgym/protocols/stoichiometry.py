@@ -133,7 +133,7 @@ def _stream(use: Use) -> str:
     asset = use.asset
     category = asset.category if asset is not None else ""
     if category in SOLVENTS and use.name != WATER and (asset is None or asset.name != WATER):
-        smiles = asset.chemistry.smiles if asset is not None and asset.chemistry is not None else ""
+        smiles = asset.smiles if asset is not None else ""
         return "halogenated solvents" if smiles and _HALOGENATED.search(smiles) else "organic solvents"
     if category in ("drying_agent", "adsorbent") or re.search(r"drying|filter aid|stationary|adsorbent", use.role):
         return "solids"

@@ -8,11 +8,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
 
-from pydantic import ValidationError, field_validator
+from pydantic import field_validator
 
 import labgym
 from labgym.artefacts import artefacts
-from labgym.documents import Document, canonical_hash, document_error, parse_json, read_json
+from labgym.documents import Document, canonical_hash, parse_json, read_json, validating
 
 SOURCES = (".py", ".j2")
 
@@ -75,10 +75,8 @@ class RunIdentity(Document):
         Raises:
             DocumentError: an input is not JSON data, or a number in it exceeds the bounds of documents.
         """
-        try:
+        with validating(IDENTITY_FILE):
             return cls(kind=kind, inputs=inputs, code=code_digest())
-        except ValidationError as error:
-            raise document_error(IDENTITY_FILE, error) from None
 
     @property
     def digest(self) -> str:

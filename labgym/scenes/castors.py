@@ -50,7 +50,7 @@ def add_castored(
     body = scene.worldbody.add_body(name=name, pos=[x, y, 0.0])
     size, half = asset.size, asset.size.height / 2.0
     body.explicitinertial = True
-    body.mass, body.ipos, body.iquat = mass, [0.0, 0.0, half], _about_z(yaw)
+    body.mass, body.ipos, body.iquat = mass, [0.0, 0.0, half], about_z(yaw)
     pairs = ((size.depth, size.height), (size.width, size.height), (size.width, size.depth))
     body.inertia = [mass / 12.0 * (a * a + b * b) for a, b in pairs]
     weight = friction * mass * GRAVITY
@@ -71,7 +71,7 @@ def add_castored(
             name=f"{name}/solid/{k}",
             type=mujoco.mjtGeom.mjGEOM_BOX,
             pos=[cosine * box.x - sine * box.y, sine * box.x + cosine * box.y, (box.z0 + box.z1) / 2.0],
-            quat=_about_z(yaw + box.yaw),
+            quat=about_z(yaw + box.yaw),
             size=[box.width / 2.0, box.depth / 2.0, (box.z1 - box.z0) / 2.0],
             contype=MOVES,
             conaffinity=MEETS,
@@ -80,5 +80,6 @@ def add_castored(
     return body
 
 
-def _about_z(angle: float) -> list[float]:
+def about_z(angle: float) -> list[float]:
+    """Return a rotation about the vertical axis as a quaternion (w, x, y, z)."""
     return [math.cos(angle / 2.0), 0.0, 0.0, math.sin(angle / 2.0)]

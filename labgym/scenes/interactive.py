@@ -26,6 +26,7 @@ from labgym.geometry import OrientedBox, rotate
 from labgym.layouts import Layout, Placement
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.scenes.building import LEAF_DAMPING, LEAF_FORCE, LEAF_MASS, Leaf, leaves_of
+from labgym.scenes.castors import about_z
 from labgym.scenes.finishes import finishes_at, palette
 from labgym.scenes.fittings import drawn_asset
 from labgym.scenes.wall_openings import leaf_parts
@@ -95,7 +96,7 @@ def _add_placement(
         base, (x, y, z) = layout.placement(stand), placement.position
         dx, dy = rotate(x - base.position[0], y - base.position[1], -base.yaw)
         local = [dx, dy, z - base.position[2]]
-        body = bodies[stand].add_body(name=placement.id, pos=local, quat=_yaw(placement.yaw - base.yaw))
+        body = bodies[stand].add_body(name=placement.id, pos=local, quat=about_z(placement.yaw - base.yaw))
     places = values(asset, placement.state)
     own = joints(asset)
     _set_inertia(body, asset, sum(joint.mass - MECHANISMS[joint.mechanism].content for joint in own.values()))
@@ -182,9 +183,5 @@ def _set_inertia(body: mujoco.MjsBody, asset: Asset, moving: float) -> None:
 def _set_box_inertia(body: mujoco.MjsBody, box: OrientedBox, mass: float) -> None:
     w, d, h = box.width, box.depth, box.z1 - box.z0
     body.explicitinertial = True
-    body.mass, body.ipos, body.iquat = mass, [box.x, box.y, (box.z0 + box.z1) / 2.0], _yaw(box.yaw)
+    body.mass, body.ipos, body.iquat = mass, [box.x, box.y, (box.z0 + box.z1) / 2.0], about_z(box.yaw)
     body.inertia = [mass / 12.0 * (a * a + b * b) for a, b in ((d, h), (w, h), (w, d))]
-
-
-def _yaw(angle: float) -> list[float]:
-    return [math.cos(angle / 2.0), 0.0, 0.0, math.sin(angle / 2.0)]

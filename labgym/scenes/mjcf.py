@@ -21,6 +21,7 @@ from labgym.geometry import OrientedBox
 from labgym.layouts import Layout
 from labgym.layouts.floor import Finishes, Floor
 from labgym.scenes.building import building_patches, building_solids, floor_patches
+from labgym.scenes.castors import about_z
 from labgym.scenes.finishes import METALS, finishes_at
 from labgym.scenes.fittings import drawn_asset, installations
 from labgym.scenes.interactive import add_moving_scene
@@ -120,7 +121,7 @@ class SpecBuilder:
         if self._branch_bodies % BRANCH_BODIES == 0:
             self._branches.append(mujoco.MjSpec())
         self._branch_bodies += 1
-        return self._branches[-1].worldbody.add_body(name=name, pos=position, quat=_yaw(yaw))
+        return self._branches[-1].worldbody.add_body(name=name, pos=position, quat=about_z(yaw))
 
     def attach_branches(self) -> None:
         """Attach the bodies that were added to the specification, in their order."""
@@ -204,7 +205,7 @@ class SpecBuilder:
             name=name,
             type=mujoco.mjtGeom.mjGEOM_BOX,
             pos=[box.x, box.y, (box.z0 + box.z1) / 2.0],
-            quat=_yaw(box.yaw),
+            quat=about_z(box.yaw),
             size=[box.width / 2.0, box.depth / 2.0, (box.z1 - box.z0) / 2.0],
         )
 
@@ -358,10 +359,6 @@ def _profile_hash(primitive: Primitive, size: Vector, profile: tuple[Point, ...]
 
 def _content_hash(vertices: Array, faces: Faces) -> str:
     return hashlib.sha256(vertices.tobytes() + faces.tobytes()).hexdigest()[:12]
-
-
-def _yaw(angle: float) -> list[float]:
-    return [math.cos(angle / 2.0), 0.0, 0.0, math.sin(angle / 2.0)]
 
 
 def _quaternion(rotation: Array) -> list[float]:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from laboratories import island_laboratory, put
 from shapely import LineString, Polygon
+from spoiling import SPOILINGS
 
 from labgym.assets import Size
 from labgym.layouts import Layout, Placement, generate
@@ -26,7 +27,6 @@ from labgym.layouts.rules.egress import blocked_places
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.settling import free_spots, homes
 from labgym.paper.damage import damaged
-from labgym.paper.spoiling import SPOILINGS
 
 SECOND = rule_set("touchstone")
 

@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 from outside.safety_checker import faults
+from spoiling import DRAWN
 
 from labgym.errors import LabgymError
 from labgym.layouts import Layout
@@ -32,7 +33,6 @@ from labgym.layouts.rules import evaluate_layout
 from labgym.layouts.rules.safety.hazards import water_reactive
 from labgym.layouts.rules.supplies import WET
 from labgym.paper.damage import KINDS, damaged
-from labgym.paper.spoiling import DRAWN
 from labgym.protocols import Protocol
 
 INCURABLE = ("no_exit", "fixed_fault")

@@ -6,8 +6,7 @@ from labgym.errors import OptionError
 from labgym.layouts.moves import Move, apply
 from labgym.paper.damage import KINDS
 from labgym.paper.repairs.cases import RepairCase, cases, patient
-from labgym.paper.repairs.rows import RepairRow, repair_row
-from labgym.paper.repairs.verdict import verdict
+from labgym.paper.repairs.rows import RepairRow, repair_row, verdict
 from labgym.paper.reproduction.repair import RepairStudy
 
 CASE = RepairCase("items_shoved", 2, 0)

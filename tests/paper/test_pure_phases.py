@@ -11,8 +11,8 @@ from labgym.layouts.method import Method
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.rule_sets import PAPER
-from labgym.paper.controls import HeapProposer, NothingProposer
 from labgym.paper.pure import optimized, refined
+from labgym.paper.reproduction.comparison import HeapProposer, NothingProposer
 from labgym.paper.reproduction.measures import origin_metrics
 from labgym.protocols import protocols
 

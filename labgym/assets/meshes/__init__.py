@@ -1,6 +1,6 @@
 """Mesh files: read safely, converted to meters and z up, then to the frame of an asset."""
 
-from labgym.assets.meshes.model import LIMITS, MeshError, MeshFile, MeshLimits, MeshPart, PhysicalMesh
+from labgym.assets.meshes.model import LIMITS, MeshError, MeshFile, MeshPart, PhysicalMesh
 from labgym.assets.meshes.physical import normalize
 from labgym.assets.meshes.reading import FORMATS, UNITS, read_mesh
 
@@ -10,7 +10,6 @@ __all__ = [
     "UNITS",
     "MeshError",
     "MeshFile",
-    "MeshLimits",
     "MeshPart",
     "PhysicalMesh",
     "normalize",

@@ -16,8 +16,8 @@ from labgym.assets.shapes import (  # noqa: F401 - their import registers the sh
     transport,
     vessels,
 )
-from labgym.assets.shapes.materials import MATERIALS, SurfaceMaterial
+from labgym.assets.shapes.materials import MATERIALS
 from labgym.assets.shapes.parts import Part, tessellate
 from labgym.assets.shapes.registry import SHAPES, build
 
-__all__ = ["MATERIALS", "SHAPES", "Part", "SurfaceMaterial", "build", "tessellate"]
+__all__ = ["MATERIALS", "SHAPES", "Part", "build", "tessellate"]

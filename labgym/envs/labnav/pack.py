@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from labgym.documents import Document, canonical_hash, document_error, json_bytes, parse_json, read_json
+from labgym.documents import Document, canonical_hash, json_bytes, parse_json, read_json, validating
 from labgym.envs.labnav.drawing import draw_floor
 from labgym.envs.labnav.episodes import LabNavEpisode
 from labgym.envs.labnav.tasks import TASKS
@@ -207,10 +207,8 @@ class PackTasks:
         number = int(rng.integers(len(drawn))) if number is None else number
         if number not in range(len(drawn)):
             raise UnknownNameError("episode", number, map(str, range(len(drawn))))
-        try:
+        with validating(path, "episodes", self._name, number):
             episode = LabNavEpisode.model_validate(drawn[number])
-        except ValidationError as error:
-            raise document_error(path, error, "episodes", self._name, number) from None
         keep(layout, self._resident_mb)
         return episode.task(layout)
 

@@ -100,11 +100,12 @@ def _faults(assessment: Assessment) -> list[RuleScore | None]:
     own = _in_own_class(arrangement)
     subtypes = {asset.subtype for asset in arrangement.assets}
     lacking = sum(subtypes.isdisjoint(kinds) for kinds in SAFETY.values())
-    unreachable = [not transition.feasible for transition in assessment.transitions or ()]
     return [
         _count("realism", "objects stand wholly on their support and in nothing else", len(assessment.faulty)),
         _count("layout", "no facility rule is broken", len(assessment.errors)),
-        _count("layout", "the robot gets from step to step", sum(unreachable)) if unreachable else None,
+        _count("layout", "the robot gets from step to step", len(assessment.unreached))
+        if assessment.transitions
+        else None,
         _count("layout", "reagents stand in a cabinet of their class", own.count(False)) if own else None,
         _count("completeness", "safety equipment is present", lacking),
         None
@@ -120,11 +121,10 @@ def _hard_zeros(assessment: Assessment, rules: Iterable[RuleScore]) -> list[Rule
     in_use, lined = by_name.get("benches, desks and hoods carry something"), by_name["walls are lined with furniture"]
     shut = [issue for issue in assessment.errors if issue.rule in ("door_area", "egress")]
     own = _in_own_class(assessment.arrangement)
-    stuck = [transition for transition in assessment.transitions or () if not transition.feasible]
     conditions = [
         ("realism", "most desktop items stand on the floor", on_furniture is not None and on_furniture.score < MOSTLY),
         ("layout", "a door or the way to it is blocked", bool(shut)),
-        ("layout", "a step cannot be reached", bool(stuck)),
+        ("layout", "a step cannot be reached", bool(assessment.unreached)),
         ("layout", "most reagents are not in a cabinet of their class", own.count(False) > MOSTLY * len(own)),
         ("completeness", "benches are nearly empty", in_use is not None and in_use.score < BARE_TOPS),
         ("completeness", "walls are nearly empty", lined.score < 1.0),

@@ -20,7 +20,7 @@ from labgym.llm.rounds import REPAIRS, UNUSABLE, ask_with_repairs
 from labgym.navigation import resolve_protocol
 from labgym.navigation.clearance import Obstacles
 from labgym.protocols import Protocol
-from labgym.scenes.corners import corner_views
+from labgym.scenes.camera import corner_views
 from labgym.scenes.tracing import trace_view
 from labgym.scenes.views import TALL, View, picture_view
 

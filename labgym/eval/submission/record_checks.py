@@ -6,9 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from pydantic import ValidationError
-
-from labgym.documents import document_error, parse_json, read_json
+from labgym.documents import parse_json, read_json, validating
 from labgym.errors import DocumentError
 from labgym.eval.driving.files import ACTIONS, EPISODES, ROUTES, SUMMARY
 from labgym.policies.kernels import PINNED
@@ -145,7 +143,6 @@ def _sessions(path: Path) -> Iterator[RunProvenance]:
             line = stream.readline(MAX_SESSION)
             if not line:
                 return
-            try:
-                yield RunProvenance.model_validate(parse_json(line, path))
-            except ValidationError as error:
-                raise document_error(path, error) from None
+            with validating(path):
+                session = RunProvenance.model_validate(parse_json(line, path))
+            yield session

@@ -3,8 +3,7 @@
 from labgym.layouts.floor.doorways import Doorway
 from labgym.layouts.floor.fields import IDENTIFIER, Coordinate, Identifier
 from labgym.layouts.floor.model import Floor
-from labgym.layouts.floor.rooms import Door, Room, Side
-from labgym.layouts.floor.solids import FloorPart
+from labgym.layouts.floor.rooms import Door, Room
 from labgym.layouts.floor.spaces import OUTSIDE, Column, Finishes, KeepOut, Rectangle, Service, Space
 from labgym.layouts.floor.walls import Opening, Wall
 
@@ -17,14 +16,12 @@ __all__ = [
     "Doorway",
     "Finishes",
     "Floor",
-    "FloorPart",
     "Identifier",
     "KeepOut",
     "Opening",
     "Rectangle",
     "Room",
     "Service",
-    "Side",
     "Space",
     "Wall",
 ]

@@ -13,20 +13,27 @@ import numpy as np
 from labgym.assets import Asset, Catalog
 from labgym.errors import InfeasibleError
 from labgym.geometry import OrientedBox
-from labgym.layouts.brief import Brief, Unit
+from labgym.layouts.brief import Brief, Demands, Unit
 from labgym.layouts.equipping import equipped
+from labgym.layouts.ground import Ground
 from labgym.layouts.ground import grounds as grounds_of
 from labgym.layouts.interiors.completion import complete
-from labgym.layouts.interiors.interior import Interior
+from labgym.layouts.interiors.distances import dry_separations, nearness_of, neighborhoods
+from labgym.layouts.interiors.distribution import distribute
+from labgym.layouts.interiors.filling import Names
+from labgym.layouts.interiors.furnisher import FurnishedSpace, Share, furnish
+from labgym.layouts.interiors.interior import Interior, fixed_pieces
 from labgym.layouts.interiors.needs import EXTRA_HOODS, Needs, needs_of, relaxed
 from labgym.layouts.interiors.refusals import check_floor, check_places, failure
+from labgym.layouts.interiors.safeguards import with_safeguards
 from labgym.layouts.interiors.setups import assembled
-from labgym.layouts.interiors.spaces import furnish_spaces
+from labgym.layouts.interiors.siting import distances_from
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import FLOOR, WALL, Placement, rounded
 from labgym.layouts.records import Provenance
 from labgym.layouts.request import Request
 from labgym.layouts.rooms import room_presets
+from labgym.layouts.style import Style
 
 
 @dataclass(frozen=True)
@@ -234,3 +241,50 @@ def _assembled(
 
 def _note(left: Sequence[Unit]) -> str:
     return f"no place for {', '.join(unit.id for unit in left)}" if left else ""
+
+
+def furnish_spaces(
+    request: Request, needs: Needs, grounds: Sequence[Ground], last: bool, generator: np.random.Generator
+) -> tuple[dict[str, Interior] | None, FurnishedSpace]:
+    """Return the spaces with the required furniture; None and the outcome of the first that cannot hold its share."""
+    fixed = {placement.id: placement for placement in request.fixed}
+    free = [unit for unit in needs.required if unit.id not in fixed]
+    shares = distribute(free, grounds, request.habits, generator, neighborhoods(needs.proximities))
+    nearness = tuple(nearness_of(needs.required, request.habits))
+    standing = fixed_pieces(request, needs.required, grounds)
+    names = Names({unit.id for unit in (*needs.required, *needs.further)})
+    shares = with_safeguards(request, grounds, shares, standing, names)
+    units = [unit for share in shares.values() for unit in share]
+    dry = [rule for rule in dry_separations(units) if rule not in needs.separations] if needs.separations else []
+    least = (*needs.separations, *dry)
+    boxes = {unit.id: ground.box_on_floor(foot) for ground in grounds for unit, foot in standing[ground.space]}
+    rooms: dict[str, Interior] = {}
+    total = FurnishedSpace(None)
+    for ground in sorted(grounds, key=lambda ground: -len(shares[ground.space])):
+        here = {unit.id for unit in shares[ground.space]}
+        separations = *least, *needs.wished
+        elsewhere = {name: ground.to_ground(box) for name, box in boxes.items()}
+        apart, further = (distances_from(elsewhere, here, rules) for rules in (least, separations))
+        share = Share(
+            ground,
+            units=shares[ground.space],
+            standing=standing[ground.space],
+            wished=Demands(separations, nearness, needs.proximities, further),
+            least=Demands(least, nearness, (), apart),
+            hood_walls=_hood_walls(ground, request.style),
+            further=needs.further,
+        )
+        outcome = furnish(share, request.seed, generator, thorough=last or len(grounds) == 1)
+        total.attempts += outcome.attempts
+        if outcome.room is None:
+            total.proven = outcome.proven and len(grounds) == 1
+            total.space = ground.space
+            return None, total
+        rooms[ground.space] = outcome.room
+        boxes |= {unit_id: ground.box_on_floor(foot) for unit_id, foot in outcome.room.feet.items()}
+    return {ground.space: rooms[ground.space] for ground in grounds}, total
+
+
+def _hood_walls(ground: Ground, style: Style) -> frozenset[str]:
+    walls = {wall for space, wall in style.hood_walls if space == ground.space}
+    return frozenset(segment.id for segment in ground.segments if walls.intersection(segment.walls))

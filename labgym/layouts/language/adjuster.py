@@ -12,7 +12,7 @@ from labgym.layouts.adjust import ADJUST, Level
 from labgym.layouts.language.commands import CommandError, command_form, edits
 from labgym.layouts.language.material import carrier_facts, carriers, floor_facts, involved, object_facts, problem_facts
 from labgym.layouts.model import Layout
-from labgym.layouts.moves import Command, apply
+from labgym.layouts.moves import Command, applied
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.trace import Recorder
 from labgym.llm.client import LanguageModel
@@ -69,7 +69,7 @@ def verified(
                 trace.refuse(ADJUST, str(error))
             continue
         together += steps
-        candidate = _applied(current, steps)
+        candidate = applied(current, steps)
         after = evaluate_layout(candidate, protocol, assessment.rules, earlier=best)
         better = after.better_than(best)
         if trace is not None:
@@ -80,7 +80,7 @@ def verified(
             refusals.append(_refusal(command.model_dump(), best, after))
     if accepted or len(together) < 2:
         return CommandOutcome(current, accepted, tuple(refusals))
-    candidate = _applied(layout, together)
+    candidate = applied(layout, together)
     after = evaluate_layout(candidate, protocol, assessment.rules, earlier=assessment)
     better = after.better_than(assessment)
     if trace is not None:
@@ -89,12 +89,6 @@ def verified(
         return CommandOutcome(layout, 0, tuple(refusals))
     invalid = tuple(refusal for refusal in refusals if refusal.cause == "invalid")
     return CommandOutcome(candidate, len(refusals) - len(invalid), invalid)
-
-
-def _applied(layout: Layout, commands: Sequence[Command]) -> Layout:
-    for command in commands:
-        layout = apply(layout, command)
-    return layout
 
 
 def _refusal(command: dict[str, Any], before: Assessment, after: Assessment) -> CommandRefusal:

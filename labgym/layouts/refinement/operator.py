@@ -7,7 +7,7 @@ from functools import partial
 
 from labgym.layouts.adjust import Adjuster, LimitedAdjuster, RepairBudget, RuleAdjuster, WorkLimitError
 from labgym.layouts.model import Layout
-from labgym.layouts.moves import Assign, Command, apply, may_move
+from labgym.layouts.moves import Assign, Command, applied, apply, may_move
 from labgym.layouts.optimise import optimise_assessed
 from labgym.layouts.refinement.blockages import (
     RouteBlockage,
@@ -79,7 +79,7 @@ def refine_assessed(
         trace.begin(layout, protocol, current.rules)
     limited = LimitedAdjuster(adjuster if adjuster is not None else RuleAdjuster(), RepairBudget(UNITS))
     judge = partial(_repaired, protocol=protocol, rules=current.rules, adjuster=limited, repair=repair, solver=solver)
-    least, stalled = len(unreached(current)), 0
+    least, stalled = len(current.unreached), 0
     for _ in range(ITERATIONS):
         if least == 0 or stalled >= PATIENCE:
             break
@@ -92,7 +92,7 @@ def refine_assessed(
         if update is None:
             break
         layout, current = update
-        unreachable = len(unreached(current))
+        unreachable = len(current.unreached)
         stalled = 0 if unreachable < least else stalled + 1
         least = min(least, unreachable)
     return layout, current
@@ -111,7 +111,7 @@ def _update(
     layout: Layout, current: Assessment, protocol: Protocol, judge: Judge, trace: Recorder | None
 ) -> tuple[Layout, Assessment] | None:
     """Return the best accepted update, or None if none improves the layout."""
-    failures = unreached(current)
+    failures = current.unreached
     on_grid = current.rules.paths == "grid"
     places = [place for failure in failures for place in blockages(layout, failure, on_grid)]
     unreachable = partial(_unreachable, rules=current.rules, protocol=protocol)
@@ -182,18 +182,6 @@ def _new_places(layout: Layout, places: Sequence[RouteBlockage]) -> Iterator[Upd
         if may_move(layout, mover):
             for target_place in free_places(layout, mover, PLACES):
                 yield (target_place,)
-
-
-def applied(layout: Layout, commands: Update) -> Layout:
-    """Return the layout after some commands."""
-    for command in commands:
-        layout = apply(layout, command)
-    return layout
-
-
-def unreached(assessment: Assessment) -> list[Transition]:
-    """Return the infeasible transitions."""
-    return [transition for transition in assessment.transitions or () if not transition.feasible]
 
 
 def _unreachable(layout: Layout, rules: RuleSet, protocol: Protocol) -> int:

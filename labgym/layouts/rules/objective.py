@@ -139,6 +139,11 @@ class Assessment:
         """The protocol's transitions; None without navigation or without a protocol."""
         return None if self.driven is None else self.driven["transitions"]
 
+    @property
+    def unreached(self) -> tuple[Transition, ...]:
+        """The infeasible transitions of the protocol; empty without navigation or without a protocol."""
+        return tuple(transition for transition in self.transitions or () if not transition.feasible)
+
     def drives_of(self, rule: str) -> tuple[Transition, ...]:
         """Return the verdicts on the drives of a rule; empty without navigation or without a protocol."""
         return () if self.driven is None else self.driven.get(rule, ())

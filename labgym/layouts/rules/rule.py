@@ -159,9 +159,9 @@ class FacilityRule:
         requires: the requirement in one sentence.
         limit: the threshold in words, with its unit.
         source: the standard or guide that the rule comes from.
-        severity: the most severe of its findings; an `error` of a hard rule counts in v(L).
         count: returns the number of objects that the rule applies to.
         check: returns the findings.
+        severity: the most severe of its findings; an `error` of a hard rule counts in v(L).
         group: `building` rules are not cured by moving objects; errors of `placing` rules are part of the cost that the
             optimizer minimizes; `safety` rules concern what a laboratory holds.
         ways: whether it plans ways of people; such rules are applied with navigation only.
@@ -177,9 +177,9 @@ class FacilityRule:
     requires: str
     limit: str
     source: str
-    severity: Severity
     count: Callable[[Site], int]
     check: Callable[[Site], Iterable[Breach]]
+    severity: Severity = "error"
     group: Literal["building", "placing", "safety"] = "safety"
     ways: bool = False
     per_object: bool = True

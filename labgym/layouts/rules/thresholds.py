@@ -111,48 +111,45 @@ class Profile:
     second_exit_source: str = "NFPA 45, class B"
 
 
-PROFILES = {
-    "default": Profile(
-        name="default",
-        # Fire-code practice keeps combustibles 0.91 m (36 in) from heating appliances; rounded up.
-        heat=Band(d_min=1.0, d_low=0.3),
-        # Laboratory practice: 3.05 m (10 ft) from ignition sources; New York City laboratories: 0.61 m (2 ft) at least.
-        flame=Band(d_min=3.0, d_low=0.6),
-        # Separate benches. IFC 5003.9.8 asks 6.1 m or a partition, small containers exempt.
-        incompatible=Band(d_min=1.0, d_low=0.3),
-        # Prudent Practices: apparatus 0.15 m (6 in) behind the plane of a hood's sash.
-        glass=0.15,
-        pairs="segregation",
-    ),
-    "strict": Profile(
-        name="strict",
-        # Every heat source counts as the ignition source of the 3.05 m (10 ft) rule; at least 0.91 m, rounded up.
-        heat=Band(d_min=3.0, d_low=1.0),
-        flame=Band(d_min=3.0, d_low=1.0),
-        incompatible=Band(d_min=1.0, d_low=0.3),
-        # The upper end of the 0.15-0.20 m that hood guides give.
-        glass=0.20,
-        pairs="segregation",
-    ),
-    "paper": Profile(
-        name="paper",
-        # LabBuilder prints no thresholds: the closest guess, from its scores and its boolean hazard flags.
-        heat=Band(d_min=1.0, d_low=0.3),
-        flame=Band(d_min=3.0, d_low=0.6),
-        # One bench module apart.
-        incompatible=Band(d_min=0.5, d_low=0.15),
-        glass=0.30,
-        pairs="boolean",
-    ),
-}
-PROFILES["code"] = replace(
-    PROFILES["default"],
+DEFAULT = Profile(
+    name="default",
+    # Fire-code practice keeps combustibles 0.91 m (36 in) from heating appliances; rounded up.
+    heat=Band(d_min=1.0, d_low=0.3),
+    # Laboratory practice: 3.05 m (10 ft) from ignition sources; New York City laboratories: 0.61 m (2 ft) at least.
+    flame=Band(d_min=3.0, d_low=0.6),
+    # Separate benches. IFC 5003.9.8 asks 6.1 m or a partition, small containers exempt.
+    incompatible=Band(d_min=1.0, d_low=0.3),
+    # Prudent Practices: apparatus 0.15 m (6 in) behind the plane of a hood's sash.
+    glass=0.15,
+    pairs="segregation",
+)
+STRICT = replace(
+    DEFAULT,
+    name="strict",
+    # Every heat source counts as the ignition source of the 3.05 m (10 ft) rule; at least 0.91 m, rounded up.
+    heat=Band(d_min=3.0, d_low=1.0),
+    flame=Band(d_min=3.0, d_low=1.0),
+    # The upper end of the 0.15-0.20 m that hood guides give.
+    glass=0.20,
+)
+# LabBuilder prints no thresholds: the closest guess, from its scores and its boolean hazard flags.
+PAPER = replace(
+    DEFAULT,
+    name="paper",
+    # One bench module apart.
+    incompatible=Band(d_min=0.5, d_low=0.15),
+    glass=0.30,
+    pairs="boolean",
+)
+CODE = replace(
+    DEFAULT,
     name="code",
     # Stricter than the default, whose limit is also that of the families of floors.
     second_exit="error",
     second_exit_area=CALIFORNIA,
     second_exit_source="24 CCR",
 )
+PROFILES = {one.name: one for one in (DEFAULT, STRICT, PAPER, CODE)}
 
 
 def profile(name: str | Profile) -> Profile:

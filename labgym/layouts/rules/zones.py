@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -54,22 +54,16 @@ def front_zone(box: OrientedBox, depth: float) -> OrientedBox:
 
 
 def standing_in(
-    arrangement: Arrangement,
-    zone: OrientedBox,
-    ignore: Iterable[str] = (),
-    loose: bool = False,
-    space: int | None = None,
+    arrangement: Arrangement, zone: OrientedBox, loose: bool = False, space: int | None = None
 ) -> tuple[str, ...]:
     """Return the floor and wall objects that obstruct a zone.
 
     Args:
-        ignore: placements that do not count.
         loose: whether loose objects count, such as stools and trolleys, and open drawers and doors. People push them
             away from furniture, but not from behind a closed door.
         space: index of the space that the zone is in; objects of others do not count. None counts all.
     """
-    skipped = set(ignore)
-    return tuple(one for one in standing_in_each(arrangement, [zone], [space], loose)[0] if one not in skipped)
+    return standing_in_each(arrangement, [zone], [space], loose)[0]
 
 
 def standing_in_each(

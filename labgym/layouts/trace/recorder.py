@@ -83,7 +83,7 @@ class Recorder:
             if not accepted:
                 return
             del self._trials[-1]  # the accepted trial is always listed
-        unreachable = None if after.transitions is None else _unreachable(after)
+        unreachable = None if after.transitions is None else len(after.unreached)
         self._trials.append(
             Trial(
                 operator=operator,
@@ -169,7 +169,7 @@ def _figures(assessment: Assessment) -> Figures:
         errors=len(assessment.errors),
         missing=len(assessment.missing or ()),
         fitness=assessment.fitness,
-        unreachable=_unreachable(assessment),
+        unreachable=len(assessment.unreached),
         transitions=len(assessment.transitions or ()),
         faults={kind: count for kind, count in _faults(assessment).items() if count},
     )
@@ -184,7 +184,3 @@ def _faults(assessment: Assessment) -> dict[str, int]:
 
 def _increase(before: Mapping[str, int], after: Mapping[str, int]) -> dict[str, int]:
     return {kind: count - before.get(kind, 0) for kind, count in after.items() if count > before.get(kind, 0)}
-
-
-def _unreachable(assessment: Assessment) -> int:
-    return sum(not transition.feasible for transition in assessment.transitions or ())

@@ -8,21 +8,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from pydantic import ValidationError
-
 from labgym import __version__
 from labgym.assets import Catalog
 from labgym.assets.plausibility import size_problem
-from labgym.documents import document_error
+from labgym.documents import validating
 from labgym.errors import DocumentError
 from labgym.layouts import Layout
 from labgym.layouts.floor import Door, Floor, Room
 from labgym.layouts.placement import FLOOR, Placement, resized
 from labgym.layouts.records import Provenance
-from labgym.paper.labbuilder.forms import identifier
 from labgym.paper.labbuilder.frame import WALL_THICKNESS, to_radians, to_room
 from labgym.paper.labbuilder.names import Meaning, kind_of, meaning, unique_ids
-from labgym.paper.labbuilder.scene import LabBuilderScene, RoomSize, SceneObject, key, read_scene
+from labgym.paper.labbuilder.scene import LabBuilderScene, RoomSize, SceneObject, identifier, key, read_scene
 from labgym.paper.labbuilder.sizes import SIZES_FILE, AssetSize, read_sizes
 from labgym.paper.labbuilder.supports import Bodies, SupportBody, support_of
 from labgym.protocols import Protocol
@@ -102,11 +99,9 @@ def _room(
         notes.append(f"room_size is missing; taken from the sizes: {size.w:g} x {size.d:g} x {size.h:g} m")
     margin = 2.0 * WALL_THICKNESS
     doors = doors or scene.doors
-    try:
-        width, depth = round(size.w - margin, 9), round(size.d - margin, 9)
+    width, depth = round(size.w - margin, 9), round(size.d - margin, 9)
+    with validating(f"{path}: room without its walls of {WALL_THICKNESS:.2f} m"):
         room = Room(name=path.stem[:80], width=width, depth=depth, height=size.h, doors=doors)
-    except ValidationError as error:
-        raise document_error(f"{path}: room without its walls of {WALL_THICKNESS:.2f} m", error) from None
     notes.append(f"room of {width:.3f} x {depth:.3f} m inside walls of {WALL_THICKNESS:.2f} m")
     if not doors:
         notes.append("no doors: the file has none and none is assumed; add one with --door front,1.5")
@@ -273,7 +268,7 @@ def _layout(
     catalog: Catalog,
 ) -> Layout:
     name = re.sub(r"[^A-Za-z0-9_.-]+", "-", path.stem).strip("-._")[:80]
-    try:
+    with validating(path):
         layout = Layout(
             id=scene.id or name or "scene",
             protocols=protocols,
@@ -286,7 +281,5 @@ def _layout(
             ),
             catalog=catalog,
         )
-    except ValidationError as error:
-        raise document_error(path, error) from None
     layout.check_references(path)
     return layout

@@ -8,9 +8,9 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
-from labgym.documents import Record, document_error, read_json
+from labgym.documents import Record, read_json, validating
 from labgym.layouts import Layout
 from labgym.layouts.placement import FLOOR
 from labgym.paper.labbuilder.frame import to_room
@@ -60,10 +60,8 @@ def read_goals(path: Path, scene: str) -> tuple[GoalPose, ...]:
     own = data.get(scene) if isinstance(data, dict) else None
     if own is None:
         return ()
-    try:
+    with validating(f"{path}: {scene}"):
         pairs = _Pairs.model_validate(own).pairs
-    except ValidationError as error:
-        raise document_error(f"{path}: {scene}", error) from None
     poses = [pose for pair in pairs for pose in (pair.start, pair.end)]
     goals = [GoalPose(x=x, y=y) for x, y, _ in (to_room(pose[0], pose[1], 0.0) for pose in poses)]
     return tuple(goal for k, goal in enumerate(goals) if k == 0 or goal != goals[k - 1])

@@ -12,8 +12,7 @@ from labgym.assets import Asset
 from labgym.assets.model import Length, Size
 from labgym.documents import read_json
 from labgym.errors import DocumentError
-from labgym.paper.labbuilder.scale import scaled_error
-from labgym.paper.labbuilder.scene import MAX_BYTES, Tolerant
+from labgym.paper.labbuilder.scene import MAX_BYTES, Tolerant, scaled_error
 
 SIZES_FILE = "asset_bboxes.json"
 MAX_NAMES = 5000

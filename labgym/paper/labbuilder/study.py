@@ -18,28 +18,18 @@ from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.rule_sets import PAPER
 from labgym.paper.labbuilder.reading import read_labbuilder
 from labgym.paper.labbuilder.routes import PAIRS_FILE, read_goals, route_protocol, usual_places, visited
-from labgym.paper.labbuilder.scene_tables import (
-    AFTER,
-    BEFORE,
-    POLICY,
-    STATES,
-    SceneRow,
-    State,
-    mean_table,
-    scene_table,
-)
+from labgym.paper.labbuilder.scene_tables import AFTER, BEFORE, POLICY, STATES, SceneRow, State, mean_table, scene_table
 from labgym.paper.labbuilder.sizes import SIZES_FILE
 from labgym.paper.labbuilder.writing import SCENE_FILE, pairs_data, scene_data, sizes_data
 from labgym.paper.labbuilder_rules.inputs import scene_from_file
 from labgym.paper.labbuilder_rules.library import CATALOG, Library, open_library
 from labgym.paper.labbuilder_rules.quirks import MODES
 from labgym.paper.labbuilder_rules.stage import RatedScene, layout_scene
-from labgym.paper.labbuilder_rules.tables import quirk_table, rules_table, verdict_values
-from labgym.paper.labbuilder_rules.verdict import both_modes, quirk_effects
+from labgym.paper.labbuilder_rules.verdict import both_modes, quirk_effects, quirk_table, rules_table, verdict_values
 from labgym.paper.reproduction.figures import FigureTable, PublishedFigures
 from labgym.paper.reproduction.measures import report_metrics
 from labgym.paper.reproduction.page import StudySection
-from labgym.paper.reproduction.plans import layout_plate
+from labgym.paper.reproduction.plates import layout_plate
 from labgym.paper.reproduction.study import Study, code_facts, rows_output
 from labgym.policies.kernels import kernel_mode
 from labgym.policies.process import PolicySource, close_shared_process, shared_process

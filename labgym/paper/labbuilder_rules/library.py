@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from labgym.assets import Asset, Catalog
-from labgym.documents import document_error, read_json
+from labgym.documents import read_json, validating
 from labgym.errors import DocumentError
 from labgym.paper.labbuilder.scene import Tolerant
 
@@ -140,10 +140,8 @@ def read_library(path: str | Path) -> Library:
     data = read_json(path, MAX_BYTES)
     if not isinstance(data, dict) or "assets" not in data:
         raise DocumentError(path, "assets", "missing; LabBuilder's assets_annotated.json is an object with this list")
-    try:
+    with validating(path):
         records = _File.model_validate(data).assets
-    except ValidationError as error:
-        raise document_error(path, error) from None
     return Library(_entry(record) for record in records)
 
 

@@ -1,4 +1,8 @@
-"""Table 2: generators of layouts, under one set of metrics."""
+"""Tables 2 and 3: generators of layouts, and the method without one of its parts, under one set of metrics.
+
+Two proposers are controls: no proposal, and a heap. A table in which they do as well as the others shows nothing of
+those.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +18,8 @@ from labgym.errors import check_name
 from labgym.eval.reports.paper import PaperTable, paper
 from labgym.eval.scoring.judgement import JudgeOptions
 from labgym.layouts.method import SOLVER, Method, Proposer
-from labgym.paper.controls import HeapProposer, NothingProposer
+from labgym.layouts.model import Layout
+from labgym.layouts.request import Request
 from labgym.paper.reproduction.cases import ROOM, LayoutRow, StudyVariant, layout_shards
 from labgym.paper.reproduction.contrasts import contrast_table, losses
 from labgym.paper.reproduction.figures import FEWEST_PROTOCOLS, PublishedFigures
@@ -23,9 +28,40 @@ from labgym.paper.reproduction.page import StudySection
 from labgym.paper.reproduction.plates import comparison_section, failure_section
 from labgym.paper.reproduction.study import Study, code_facts
 from labgym.paper.rivals import HolodeckProposer, SceneWeaverProposer
+from labgym.paper.rivals.chamber import chambers
+from labgym.paper.rivals.piece import RivalPiece, layout_of, named, numbers_in_use
 from labgym.paper.rivals.plan import Grade, household_plan
+from labgym.paper.rivals.protocol_plan import required_pieces
 from labgym.protocols import Protocol
 from labgym.runs import Shard
+
+
+@dataclass(frozen=True)
+class NothingProposer:
+    """Proposes nothing: the room with its fixed objects."""
+
+    def propose(self, request: Request) -> Layout:
+        """Return the empty room."""
+        return layout_of(request, (), "nothing", {})
+
+
+@dataclass(frozen=True)
+class HeapProposer:
+    """Proposes all that the protocol requires in a heap at the center of the room, items in a heap on their piece."""
+
+    def propose(self, request: Request) -> Layout:
+        """Return the heap, in the largest laboratory space."""
+        chamber, counts = chambers(request)[0], numbers_in_use(request)
+        x, y = chamber.ground.width / 2.0, chamber.ground.depth / 2.0
+        pieces: list[RivalPiece] = []
+        for large in required_pieces(request):
+            home = RivalPiece(named(counts, large.asset), large.asset, x, y, 0.0)
+            pieces.append(home)
+            for top in large.tops:
+                spot = home.surface(0)
+                pieces.append(RivalPiece(named(counts, top), top, spot.x, spot.y, 0.0, spot.z0, home.id, 0))
+        return layout_of(request, [(chamber, pieces)], "heap", {})
+
 
 Mode = Literal["raw", "pure", "full"]
 """What follows a proposal: nothing, the paper's phases alone (`labgym.paper.pure`), or labgym's."""
@@ -195,3 +231,59 @@ def comparison_variants(chosen: Mapping[str, str | Proposer]) -> tuple[StudyVari
 def variant_key(title: str) -> str:
     """Return a title as a name of folders."""
     return title.replace("+", "-plus")
+
+
+@dataclass(frozen=True)
+class RepairAblation(LayoutStudy):
+    """The whole method and the method without one of its parts."""
+
+    name: ClassVar[str] = "ablation"
+    title: ClassVar[str] = "Ablation"
+    heading: ClassVar[str] = "The method without one of its parts"
+
+    def printed(self) -> PaperTable:
+        """Return Table 3."""
+        return paper().ablation
+
+
+def ablation_variants(title: str, proposer: str | Proposer) -> tuple[StudyVariant, ...]:
+    """Return the paper's four ablations in its order, what labgym adds to its phases, and the whole method.
+
+    In the paper the optimization considers geometry and chemistry alone, and only the refinement considers navigation.
+    labgym's optimization also follows facility rules, which keep fronts and ways clear. Without refinement for
+    navigation both are left out; two further lines leave out one of them. The paper's ablations follow with the paper's
+    phases alone.
+    """
+    whole = Method(proposer=proposer, on_failure="keep")
+    bare = replace(whole, dress="never")
+    variants = (
+        *_parts(whole, replace(whole, refine=False, facility=False), pure=False),
+        StudyVariant("rules-alone", "facility rules, without refinement", replace(whole, refine=False)),
+        StudyVariant("refinement-alone", "refinement, without facility rules", replace(whole, facility=False)),
+        StudyVariant("whole", "whole method", whole),
+        *_parts(bare, replace(bare, refine=False), pure=True),
+        StudyVariant("pure", "pure, whole method", bare, pure=True),
+    )
+    name = variant_key(title)
+    return tuple(replace(one, key=f"{name}-{one.key}", title=f"{title}: {one.title}") for one in variants)
+
+
+def _parts(whole: Method, unrefined: Method, pure: bool) -> tuple[StudyVariant, ...]:
+    """Return the four ablations of a method.
+
+    Args:
+        unrefined: the method without refinement for navigation.
+        pure: whether the phases are the paper's alone.
+    """
+    key, title = ("pure-", "pure, ") if pure else ("", "")
+    return (
+        StudyVariant(f"{key}annotations", f"{title}without annotations", whole, "annotations", pure),
+        StudyVariant(f"{key}protocol", f"{title}without protocol", whole, "protocol", pure),
+        StudyVariant(
+            f"{key}optimization",
+            f"{title}without geometric and chemical optimization",
+            replace(whole, optimise=False),
+            pure=pure,
+        ),
+        StudyVariant(f"{key}refinement", f"{title}without refinement for navigation", unrefined, pure=pure),
+    )

@@ -233,12 +233,15 @@ def _hazards(rows: Sequence[CountRow]) -> FigureTable:
         title="Hazard flags",
         first="Flag",
         columns=(FigureColumn(key="all", heading="Entries", digits=0),),
-        lines=tuple(
-            FigureLine(name=name.replace("_", " "), cells=plain_cells({"all": count}))
-            for name, count in sorted(counts.items(), key=lambda item: (-item[1], item[0]))
-        ),
+        lines=_ranked(counts),
         notes=("An entry may have several flags.",),
     )
+
+
+def _ranked(counts: Counter[str]) -> tuple[FigureLine, ...]:
+    """Return a line for each name, the most frequent first."""
+    ranked = sorted(counts.items(), key=lambda item: (-item[1], item[0]))
+    return tuple(FigureLine(name=name.replace("_", " "), cells=plain_cells({"all": count})) for name, count in ranked)
 
 
 def _types(rows: Sequence[CountRow]) -> FigureTable:
@@ -248,10 +251,7 @@ def _types(rows: Sequence[CountRow]) -> FigureTable:
         title="Protocols by reaction type",
         first="Reaction type",
         columns=(FigureColumn(key="all", heading="Protocols", digits=0),),
-        lines=tuple(
-            FigureLine(name=name.replace("_", " "), cells=plain_cells({"all": count}))
-            for name, count in sorted(counts.items(), key=lambda item: (-item[1], item[0]))
-        ),
+        lines=_ranked(counts),
         notes=("The paper names the same seven types without counts.",),
     )
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from labgym.counts import MAX_SEED
-from labgym.errors import OptionError
+from labgym.counts import MAX_SEED, whole_number
+from labgym.layouts.request import check_named_once
 from labgym.llm.config import LanguageModelConfig
 from labgym.llm.errors import LanguageModelError
 from labgym.protocols import Protocol, resolve
@@ -41,15 +41,10 @@ def scope_of(study: str, quick: bool, names: Sequence[str] = (), seed: int = 0, 
         OptionError: a number is out of range, or a protocol is named twice.
     """
     count = count if count is not None else QUICK_SEEDS if quick else SEEDS
-    if not 1 <= count <= MOST_SEEDS:
-        raise OptionError(f"seeds is {count}, expected a whole number from 1 to {MOST_SEEDS}")
-    if not 0 <= seed <= MAX_SEED - count:
-        raise OptionError(f"seed is {seed}, expected a whole number from 0 to {MAX_SEED - count}")
+    whole_number("seeds", count, most=MOST_SEEDS)
+    whole_number("seed", seed, 0, MAX_SEED - count)
     chosen = tuple(resolve(name) for name in names) if names else _spread(QUICK_PROTOCOLS[study] if quick else None)
-    ids = [protocol.id for protocol in chosen]
-    twice = next((one for one in ids if ids.count(one) > 1), None)
-    if twice is not None:
-        raise OptionError(f"protocol {twice!r} is named twice; name each once")
+    check_named_once([protocol.id for protocol in chosen])
     return Scope(chosen, range(seed, seed + count))
 
 

@@ -8,9 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Generic, TypeVar
 
-from pydantic import ValidationError
-
-from labgym.documents import Record, document_error, json_bytes
+from labgym.documents import Record, json_bytes, validating
 from labgym.layouts.batch import catalog_digest
 from labgym.paper.reproduction.figures import PublishedFigures
 from labgym.paper.reproduction.page import StudySection, study_page
@@ -129,10 +127,8 @@ def parse_rows(lines: bytes, row: type[Row]) -> list[Row]:
     """
     rows = []
     for number, line in enumerate(lines.splitlines(), start=1):
-        try:
+        with validating(f"{ROWS}:{number}"):
             rows.append(row.model_validate_json(line))
-        except ValidationError as error:
-            raise document_error(f"{ROWS}:{number}", error) from None
     return rows
 
 

@@ -1,17 +1,20 @@
-"""Objects of a rival's scene, and the layout that they make."""
+"""Objects of a rival's scene, the layout that they make, and the random numbers of a request."""
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from labgym.assets import Asset
 from labgym.geometry import OrientedBox, wrap_angle
 from labgym.layouts.model import Layout
-from labgym.layouts.placement import FLOOR, WALL, Placement
+from labgym.layouts.placement import FLOOR, Placement
 from labgym.layouts.records import Provenance
 from labgym.layouts.request import Request
 from labgym.paper.rivals.chamber import Chamber, Pose
@@ -95,4 +98,17 @@ def quarter(turns: int) -> float:
     return wrap_angle(turns * math.pi / 2.0)
 
 
-__all__ = ["FLOOR", "WALL", "RivalPiece", "layout_of", "named", "quarter"]
+def generator_of(request: Request, stream: int) -> np.random.Generator:
+    """Return the random generator of a request's seed, its protocol and a sub-stream."""
+    entropy = int.from_bytes(hashlib.sha256(request.protocol.id.encode()).digest()[:8], "big")
+    return np.random.default_rng([request.seed, entropy, stream])
+
+
+def numbers_in_use(request: Request) -> Counter[str]:
+    """Return the greatest number in the ids of fixed objects, by asset: LabBench_2 uses the numbers up to 2."""
+    counts: Counter[str] = Counter()
+    for placement in request.fixed:
+        name, _, number = placement.id.rpartition("_")
+        if number.isdecimal():
+            counts[name] = max(counts[name], int(number))
+    return counts

@@ -8,7 +8,7 @@ from labgym.layouts.brief import Unit
 from labgym.layouts.pieces import WallPiece, clear_around, front_of, further_pieces, pieces, with_fixed
 from labgym.layouts.request import Request
 from labgym.layouts.stocking import Cabinet, plan_cabinets
-from labgym.paper.sampler.slips import Slips
+from labgym.paper.sampler.rates import Slips
 
 
 @dataclass(frozen=True)

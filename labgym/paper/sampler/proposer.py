@@ -10,13 +10,12 @@ from labgym.geometry import OrientedBox, wrap_angle
 from labgym.layouts.brief import Unit
 from labgym.layouts.interiors.distances import separations_of
 from labgym.layouts.model import Layout
-from labgym.layouts.placement import FLOOR, WALL, Placement
+from labgym.layouts.placement import FLOOR, WALL, Placement, rounded
 from labgym.layouts.records import Provenance
 from labgym.layouts.request import Request
 from labgym.paper.sampler.inventory import list_furniture
-from labgym.paper.sampler.rates import Rates
+from labgym.paper.sampler.rates import Rates, Slips, errors_of
 from labgym.paper.sampler.siting import Pose, site_furniture
-from labgym.paper.sampler.slips import Slips, errors_of
 from labgym.paper.sampler.surfaces import Resting, contents_of, stock_furniture
 
 NOTE = "the sampler proposes only what protocols and safety require"
@@ -85,7 +84,7 @@ def _placements(
                 Placement(
                     id=f"{name}_{counts[name]}",
                     asset=name,
-                    position=_rounded(
+                    position=rounded(
                         *frame.to_world(surface.x + content.spot.x, surface.y + content.spot.y), z + each.height
                     ),
                     yaw=round(wrap_angle(carrier.yaw + content.spot.yaw), 9),
@@ -101,11 +100,7 @@ def _furniture(unit: Unit, pose: Pose) -> Placement:
     return Placement(
         id=unit.id,
         asset=unit.asset.name,
-        position=_rounded(x, y, 0.0),
+        position=rounded(x, y, 0.0),
         yaw=round(wrap_angle(yaw), 9),
         support=FLOOR,
     )
-
-
-def _rounded(x: float, y: float, z: float) -> tuple[float, float, float]:
-    return round(x, 6), round(y, 6), round(z, 6)

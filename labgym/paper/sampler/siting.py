@@ -21,9 +21,8 @@ from labgym.layouts.interiors.distribution import distribute
 from labgym.layouts.placement import WALL
 from labgym.layouts.request import Request
 from labgym.layouts.rules.zones import INTRUSION
-from labgym.paper.sampler.beliefs import Attention, Belief, Foot, wall_gap
-from labgym.paper.sampler.roles import Roles
-from labgym.paper.sampler.slips import Slips
+from labgym.paper.sampler.beliefs import Attention, Belief, Foot, Roles, wall_gap
+from labgym.paper.sampler.rates import Slips
 
 RANK, NEAR, WORKFLOW = 2.0, 0.5, 0.25
 """Cost of each step down the list of preferred walls, of a meter from each piece that belongs near, and of a meter from

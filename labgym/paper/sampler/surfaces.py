@@ -18,7 +18,7 @@ from labgym.layouts.rules.thresholds import CORROSIVE_HEIGHT
 from labgym.layouts.stocking import BENCH_MARGIN, SHELF_MARGIN, home
 from labgym.layouts.tabletop import GAP, SurfaceItem, SurfaceSpot, pack
 from labgym.paper.sampler.inventory import SampledInventory
-from labgym.paper.sampler.slips import Slips
+from labgym.paper.sampler.rates import Slips
 
 MISJUDGED = (0.3, 0.6)
 """Least and greatest share by which the size of an item is underestimated."""

@@ -164,15 +164,11 @@ class FrontEstimate:
 
     Args:
         goal: the announced docking pose.
-
-    Attributes:
-        exists: whether the front has been measured.
     """
 
     def __init__(self, goal: Pose) -> None:
         self._goal, self._offset = goal, (0.0, 0.0, 0.0)
         self._returns: Array = np.empty((0, 2))
-        self.exists = False
 
     @property
     def goal(self) -> Pose:
@@ -196,7 +192,6 @@ class FrontEstimate:
         turn = -math.atan(float(line[1]))
         if abs(turn) < LARGEST_FRONT_TURN_RAD:
             self._offset = (float(line[0]) - STAND_OFF, -MIDDLE_BEHIND_FRONT_M * math.sin(turn), turn)
-            self.exists = True
 
 
 def moved(pose: Pose, frame: Pose, offset: Sequence[float]) -> Pose:

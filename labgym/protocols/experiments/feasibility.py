@@ -334,7 +334,7 @@ def _after(action: Action, batch: set[str], added: frozenset[str], catalog: Cata
     if action.verb in PURIFYING and action.keep != "residue":
         return set()
     if any(_reduces(catalog.get(name)) for name in added):
-        batch = {name for name in batch if not _has_any(catalog.get(name), OXIDIZERS)}
+        batch = {name for name in batch if OXIDIZERS.isdisjoint(catalog.get(name).groups)}
     if action.verb == "Concentrate":
         return {name for name in batch if not _evaporates(catalog.get(name))}
     if action.verb in DESTROYING and any(_is_quencher(catalog.get(name)) for name in added):
@@ -371,31 +371,23 @@ def _is_quenched(name: str, catalog: Catalog) -> bool:
     return not refusals().destroyed_by_protic.isdisjoint(_acts_as(name, catalog))
 
 
-def _has_any(asset: Asset, groups: frozenset[str]) -> bool:
-    return asset.chemistry is not None and not groups.isdisjoint(asset.chemistry.groups)
-
-
 def _reduces(asset: Asset) -> bool:
     """Return whether a reagent destroys what is left of an oxidizer: a sulfite, thiosulfate or dithionite."""
-    formula = "" if asset.chemistry is None else asset.chemistry.formula or ""
-    return _has_any(asset, frozenset({"sulfite"})) or formula == "Na2O4S2"
+    return "sulfite" in asset.groups or asset.formula == "Na2O4S2"
 
 
 def _is_quencher(asset: Asset) -> bool:
     """Return whether a reagent that ends a reaction destroys what is left of a hydride."""
-    watery = asset.chemistry is not None and "aqueous" in asset.chemistry.groups
-    return watery or asset.name in refusals().protic or asset.name == WATER
+    return "aqueous" in asset.groups or asset.name in refusals().protic or asset.name == WATER
 
 
 def is_inorganic(asset: Asset) -> bool:
     """Return whether a reagent has a formula without carbon."""
-    formula = "" if asset.chemistry is None else asset.chemistry.formula or ""
-    return bool(formula) and re.search(r"C(?![a-z])", formula) is None
+    return bool(asset.formula) and re.search(r"C(?![a-z])", asset.formula) is None
 
 
 def _evaporates(asset: Asset) -> bool:
-    chemistry = asset.chemistry
-    boiling = None if chemistry is None else chemistry.boiling_point
+    boiling = asset.boiling_point
     return asset.category in SOLVENTS and boiling is not None and boiling <= EVAPORATED_BELOW_C
 
 
@@ -403,13 +395,8 @@ def _acts_as(name: str, catalog: Catalog) -> Iterator[str]:
     """Yield a reagent and, for an open substance, the reagents of the catalog with exactly its reactive groups."""
     yield name
     if any(substance.name == name for substance in catalog.substances):
-        chemistry = catalog.get(name).chemistry
-        groups = frozenset(chemistry.groups) if chemistry is not None else frozenset()
-        yield from (
-            asset.name
-            for asset in catalog.of_kind("reagent")
-            if groups and asset.chemistry is not None and frozenset(asset.chemistry.groups) == groups
-        )
+        groups = frozenset(catalog.get(name).groups)
+        yield from (asset.name for asset in catalog.of_kind("reagent") if groups and frozenset(asset.groups) == groups)
 
 
 def _poured(experiment: Experiment) -> Iterator[str]:

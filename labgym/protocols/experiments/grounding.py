@@ -45,7 +45,7 @@ class Grounder:
         asset = next((asset for name in self._readings(material.name) if (asset := self._reagent(name))), None)
         if asset is None:
             return None
-        stored = asset.chemistry.smiles if asset.chemistry is not None else None
+        stored = asset.smiles
         if material.smiles and stored and not _agree(material.smiles, stored):
             return None
         return asset.name
@@ -109,9 +109,8 @@ class Grounder:
     def _structures(self) -> Mapping[str, str]:
         names: dict[str, str] = {}
         for asset in sorted(self.catalog.of_kind("reagent"), key=_precedence):
-            if asset.chemistry is not None and asset.chemistry.smiles:
-                smiles = asset.chemistry.smiles
-                names.setdefault(_canonical(smiles) or smiles, asset.name)
+            if asset.smiles:
+                names.setdefault(_canonical(asset.smiles) or asset.smiles, asset.name)
         return names
 
 

@@ -15,7 +15,7 @@ from typing import Any
 from labgym.protocols.experiments import Action, Experiment, Portion
 from labgym.protocols.experiments.model import HOLDING
 from labgym.protocols.experiments.remarks import write_portion, write_remark
-from labgym.quantities import amounts
+from labgym.quantities import amounts, plain_number
 from labgym.units import BASE, SYMBOLS
 
 BATCH, CONTAINER = "batch", "res-sw96-hp"
@@ -70,7 +70,7 @@ def _provision(portion: Portion) -> Instruction:
         "resource_id": portion.name,
         "measurement_mode": quantity.dimension,
         "to": [{"well": f"{BATCH}/0", quantity.dimension: _measure(value, unit)}],
-    } | _remark(write_portion(portion, f"{_plain(value)} {SYMBOLS[unit]}"))
+    } | _remark(write_portion(portion, f"{plain_number(value)} {SYMBOLS[unit]}"))
 
 
 def _remark(text: str) -> Instruction:
@@ -78,9 +78,4 @@ def _remark(text: str) -> Instruction:
 
 
 def _measure(value: float | None, unit: str) -> str | None:
-    return None if value is None else f"{_plain(value)}:{unit}"
-
-
-def _plain(value: float) -> str:
-    """Return a number without an exponent."""
-    return f"{value:.9f}".rstrip("0").rstrip(".")
+    return None if value is None else f"{plain_number(value)}:{unit}"

@@ -15,7 +15,7 @@ from xml.etree.ElementTree import Comment, Element, SubElement, indent, tostring
 from labgym.protocols.experiments import Action, Experiment, Material, Portion
 from labgym.protocols.experiments.model import HOLDING, Role, Verb, holding
 from labgym.protocols.experiments.remarks import write_remark
-from labgym.quantities import Quantity, amounts
+from labgym.quantities import Quantity, amounts, plain_number
 from labgym.units import BASE, SYMBOLS
 
 BATCH, SEPARATOR, COLUMN = "reactor", "separator", "column"
@@ -189,9 +189,9 @@ def _step(
 
 def _conditions(action: Action, *fields: str) -> dict[str, str]:
     texts = {
-        "temperature": ("temp", f"{_plain(action.temperature or 0.0)} °C"),
+        "temperature": ("temp", f"{plain_number(action.temperature or 0.0)} °C"),
         "duration": ("time", _minutes(action.duration or 0.0)),
-        "pressure": ("pressure", f"{_plain((action.pressure or 0.0) * 1000.0)} mbar"),
+        "pressure": ("pressure", f"{plain_number((action.pressure or 0.0) * 1000.0)} mbar"),
     }
     return dict(texts[name] for name in fields if getattr(action, name) is not None)
 
@@ -202,17 +202,12 @@ def _quantity(amount: str, dimension: str) -> Quantity | None:
 
 def _amount(quantity: Quantity, portions: int = 1) -> str:
     if quantity.unit in _UNITS:
-        return f"{_plain(quantity.value * portions)} {SYMBOLS[quantity.unit]}"
-    return f"{_plain(quantity.base * portions)} {SYMBOLS[BASE[quantity.dimension]]}"
+        return f"{plain_number(quantity.value * portions)} {SYMBOLS[quantity.unit]}"
+    return f"{plain_number(quantity.base * portions)} {SYMBOLS[BASE[quantity.dimension]]}"
 
 
 def _minutes(value: float) -> str:
-    return f"{_plain(value)} min"
-
-
-def _plain(value: float) -> str:
-    """Return a number without an exponent."""
-    return f"{value:.9f}".rstrip("0").rstrip(".")
+    return f"{plain_number(value)} min"
 
 
 def _clean(text: str) -> str:

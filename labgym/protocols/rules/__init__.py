@@ -11,7 +11,7 @@ from labgym.protocols.rules import (
     temperatures,
     vessels,
 )
-from labgym.protocols.rules.finding import Finding, ProtocolCase, Severity
+from labgym.protocols.rules.finding import Finding, ProtocolCase
 
 ALL = (*grounding.RULES, *sequence.RULES, *safety.RULES, *grounding.CONSTRAINT_RULES)
 """The paper's suite."""
@@ -26,4 +26,4 @@ EQUIPMENT = (
 )
 """Rules about equipment, hazards and conditions."""
 
-__all__ = ["ALL", "EQUIPMENT", "Finding", "ProtocolCase", "Severity"]
+__all__ = ["ALL", "EQUIPMENT", "Finding", "ProtocolCase"]

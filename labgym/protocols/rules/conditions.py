@@ -168,9 +168,8 @@ def washes_have_a_layer(case: ProtocolCase) -> Iterator[Finding]:
 
 def _is_layer(asset: Asset) -> bool:
     """Return whether a reagent is an organic solvent that water does not dissolve."""
-    if asset.chemistry is None or asset.chemistry.state != "liquid" or asset.category not in SOLVENTS:
-        return False
-    return asset.name not in MISCIBLE and "aqueous" not in asset.chemistry.groups
+    organic = asset.phase == "liquid" and asset.category in SOLVENTS and "aqueous" not in asset.groups
+    return organic and asset.name not in MISCIBLE
 
 
 def wet_layers_are_dried(case: ProtocolCase) -> Iterator[Finding]:
@@ -276,13 +275,11 @@ def _is_lively(case: ProtocolCase, name: str) -> bool:
 
 
 def _groups(case: ProtocolCase, name: str) -> frozenset[str]:
-    asset: Asset = case.catalog.get(name)
-    return frozenset() if asset.chemistry is None else frozenset(asset.chemistry.groups)
+    return frozenset(case.catalog.get(name).groups)
 
 
 def _state(case: ProtocolCase, name: str) -> str:
-    chemistry = case.catalog.get(name).chemistry
-    return "" if chemistry is None else chemistry.state
+    return case.catalog.get(name).phase or ""
 
 
 RULES = (
@@ -335,18 +332,15 @@ def pairs_stay_within_their_limits(case: ProtocolCase) -> Iterator[Finding]:
                 yield _finding(situation, pair, limit, celsius, highest)
         if len(reported) == before:
             destroyed |= used_up(map(case.catalog.get, situation.contents), known)
-        if situation.step.action in ENDING and any(_is_any_of(asset, REDUCTANTS) for asset in situation.added):
-            destroyed |= {name for name in situation.contents if _is_any_of(case.catalog.get(name), OXIDIZERS)}
+        added = {group for asset in situation.added for group in asset.groups}
+        if situation.step.action in ENDING and not REDUCTANTS.isdisjoint(added):
+            destroyed |= {name for name in situation.contents if not OXIDIZERS.isdisjoint(_groups(case, name))}
 
 
 def _has_reacted(case: ProtocolCase, pair: tuple[str, str]) -> bool:
     """Return whether a pair that was brought together within its limits is an organometallic with its electrophile."""
     first, second = (_groups(case, name) for name in pair)
     return any("organometallic" in a and not FAST_PARTNERS.isdisjoint(b) for a, b in ((first, second), (second, first)))
-
-
-def _is_any_of(asset: Asset, groups: frozenset[str]) -> bool:
-    return asset.chemistry is not None and not groups.isdisjoint(asset.chemistry.groups)
 
 
 def _limits(case: ProtocolCase, situation: Situation) -> Iterator[tuple[tuple[str, str], Limit]]:

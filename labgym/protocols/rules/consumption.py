@@ -34,10 +34,7 @@ def _partners(asset: Asset) -> tuple[str, ...]:
 
     The former react more than once, and the latter become other organometallics.
     """
-    chemistry = asset.chemistry
-    if chemistry is None:
-        return ()
-    groups, formula = set(chemistry.groups), chemistry.formula or ""
+    groups, formula = asset.groups, asset.formula
     if "alkali_metal" in groups:
         return HYDROXYL
     simple = not any(element in formula for element in ("C", "B", "Al", "Si", "Sn"))
@@ -71,11 +68,7 @@ def used_up(assets: Iterable[Asset], moles: Mapping[str, float]) -> frozenset[st
         acids = [
             moles.get(other.name, 0.0)
             for other in present
-            if other.name != asset.name
-            and not _partners(other)
-            and other.chemistry is not None
-            and other.chemistry.smiles
-            and _gives(other.chemistry.smiles, patterns)
+            if other.name != asset.name and not _partners(other) and other.smiles and _gives(other.smiles, patterns)
         ]
         if sum(acids) >= EQUIMOLAR * moles[asset.name]:
             found.add(asset.name)

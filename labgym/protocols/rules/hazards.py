@@ -109,7 +109,7 @@ def acid_goes_into_water(case: ProtocolCase) -> Iterator[Finding]:
         acids = [
             name
             for name, volume in situation.contents.items()
-            if volume >= 5.0 and _has_group(case.catalog.get(name), CONCENTRATED)
+            if volume >= 5.0 and not CONCENTRATED.isdisjoint(case.catalog.get(name).groups)
         ]
         watered = WATER in [asset.name for asset in situation.added] or WATER_ADDED.search(step.text)
         onto_water = POURED_ONTO.search(step.text) and not WATER_INTO_ACID.search(step.text)
@@ -135,7 +135,7 @@ def peroxides_are_tested_for(case: ProtocolCase) -> Iterator[Finding]:
             continue
         dry = bool(TO_DRYNESS.search(text)) and not NOT_TO_DRYNESS.search(text)
         pumped = any(asset.family in REDUCED_PRESSURE for asset in situation.devices)
-        formers = [asset for name in situation.contents if _forms_peroxides(asset := case.catalog.get(name))]
+        formers = [asset for name in situation.contents if forms_peroxides(asset := case.catalog.get(name))]
         severe = [asset for asset in formers if _forms_peroxides_in_storage(asset)]
         if not formers:
             continue
@@ -150,7 +150,8 @@ def peroxides_are_tested_for(case: ProtocolCase) -> Iterator[Finding]:
             yield Finding("peroxides-tested", situation.step.index, f"{what}, to dryness", suggestion, "advice")
 
 
-def _forms_peroxides(asset: Asset) -> bool:
+def forms_peroxides(asset: Asset) -> bool:
+    """Return whether a reagent forms peroxides."""
     return asset.chemistry is not None and asset.chemistry.peroxide_former
 
 
@@ -178,7 +179,7 @@ def toxic_gases_are_caught(case: ProtocolCase) -> Iterator[Finding]:
             continue
         for a, b, hazard in pairs(case.catalog.get(name) for name in situation.contents):
             in_turn = situation.vessel is not None and situation.vessel.name == SEPARATING and {a, b} <= set(added)
-            hydrazine = any(_has_group(case.catalog.get(name), frozenset({"hydrazine"})) for name in (a, b))
+            hydrazine = any("hydrazine" in case.catalog.get(name).groups for name in (a, b))
             if hazard.kind in TOXIC_GAS and (a in added or b in added) and not in_turn and not hydrazine:
                 message = f"step {situation.step.index} brings {a} and {b} together, which gives off a toxic gas"
                 suggestion = "lead the gas through GasWashBottle, or add slowly and cold with the sash down"
@@ -216,10 +217,6 @@ def _is_flame(asset: Asset) -> bool:
 
 def _has_statement(asset: Asset, codes: tuple[str, ...]) -> bool:
     return asset.chemistry is not None and not set(codes).isdisjoint(asset.chemistry.h_codes)
-
-
-def _has_group(asset: Asset, groups: frozenset[str]) -> bool:
-    return asset.chemistry is not None and not groups.isdisjoint(asset.chemistry.groups)
 
 
 def products_may_be_made(case: ProtocolCase) -> Iterator[Finding]:

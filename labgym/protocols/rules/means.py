@@ -65,9 +65,8 @@ def weighed_reagents_have_a_balance(case: ProtocolCase) -> Iterator[Finding]:
             message = f"step {step.index} weighs without a balance"
             yield Finding("weighing-means", step.index, message, "add ElectronicScale to its uses")
     for situation, reagent in _first_uses(case):
-        chemistry, amount = reagent.chemistry, _amount(case, reagent)
+        amount, solid = _amount(case, reagent), reagent.phase == "solid"
         by_mass = amount.volume is None and (amount.mass is not None or amount.moles is not None)
-        solid = chemistry is not None and chemistry.state == "solid"
         if solid and by_mass and not balance and not glove_box and not _is_estimated(reagent):
             message = f"step {situation.step.index} takes {reagent.name} by mass, but the protocol has no balance"
             yield Finding("weighing-means", situation.step.index, message, "weigh it first, with ElectronicScale")
@@ -81,11 +80,11 @@ def liquids_are_measured(case: ProtocolCase) -> Iterator[Finding]:
         return
     balance = any(weighs(asset) is not None for asset in devices)
     for situation, reagent in _first_uses(case):
-        chemistry, amount = reagent.chemistry, _amount(case, reagent)
-        if chemistry is None or chemistry.state == "gas":
+        if reagent.phase in (None, "gas"):
             continue
+        amount = _amount(case, reagent)
         by_volume = amount.volume is not None and (amount.mass is None or not balance)
-        by_mass = chemistry.state == "liquid" and amount.volume is None and not balance
+        by_mass = reagent.phase == "liquid" and amount.volume is None and not balance
         if by_volume or by_mass:
             message = f"step {situation.step.index} takes {reagent.name}, a liquid, but the protocol cannot measure it"
             yield Finding("measuring-means", situation.step.index, message, "add GraduatedCylinder to its uses")
@@ -174,13 +173,10 @@ def _why_stirred(case: ProtocolCase, situation: Situation) -> str:
 def _phases(case: ProtocolCase, situation: Situation) -> int:
     """Return the least number of phases in the vessel: solids, water, and oils that water does not dissolve."""
     assets = [case.catalog.get(name) for name in situation.contents]
-    solids = any(
-        asset.chemistry is not None and asset.chemistry.state == "solid" and not situation.contents[asset.name]
-        for asset in assets
-    )
+    solids = any(asset.phase == "solid" and not situation.contents[asset.name] for asset in assets)
     liquids = situation.bulk(0.02)
-    aqueous = any("aqueous" in _groups(case.catalog.get(name)) for name in liquids)
-    oils = any("aqueous" not in _groups(case.catalog.get(n)) and n not in MISCIBLE for n in liquids)
+    aqueous = any("aqueous" in case.catalog.get(name).groups for name in liquids)
+    oils = any("aqueous" not in case.catalog.get(n).groups and n not in MISCIBLE for n in liquids)
     return solids + (2 if aqueous and oils else 1 if liquids else 0)
 
 
@@ -205,10 +201,6 @@ def _amount(case: ProtocolCase, reagent: Asset) -> Amount:
 
 def _is_estimated(reagent: Asset) -> bool:
     return reagent.category in ESTIMATED
-
-
-def _groups(asset: Asset) -> tuple[str, ...]:
-    return () if asset.chemistry is None else asset.chemistry.groups
 
 
 RULES = (

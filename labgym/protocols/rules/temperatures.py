@@ -93,7 +93,7 @@ def solvents_stay_in_open_vessels(case: ProtocolCase) -> Iterator[Finding]:
         if temperature is None or situation.vessel is None or step.action == "Concentrate" or _kept(situation):
             continue
         for name in situation.bulk(VOLATILE_SHARE):
-            boiling = _boiling_point(case, name)
+            boiling = case.catalog.get(name).boiling_point
             if boiling is not None and temperature > boiling:
                 message = (
                     f"step {step.index} ({step.action}) is at {temperature:g} C; {name} boils at {boiling:g} C and "
@@ -112,7 +112,7 @@ def reflux_is_as_hot_as_it_can_be(case: ProtocolCase) -> Iterator[Finding]:
             continue
         if any(withstands(asset) for asset in situation.devices):
             continue
-        boiling = [_boiling_point(case, name) for name in situation.bulk()]
+        boiling = [case.catalog.get(name).boiling_point for name in situation.bulk()]
         points = [point for point in boiling if point is not None]
         if points and len(points) == len(boiling) and temperature > max(points) + SUPERHEAT_K:
             message = (
@@ -191,14 +191,8 @@ def _kept(situation: Situation) -> bool:
     return any(asset.subtype in RETURNS or withstands(asset) is not None for asset in devices)
 
 
-def _boiling_point(case: ProtocolCase, name: str) -> float | None:
-    chemistry = case.catalog.get(name).chemistry
-    return None if chemistry is None else chemistry.boiling_point
-
-
 def _is_violent(case: ProtocolCase, name: str) -> bool:
-    chemistry = case.catalog.get(name).chemistry
-    return chemistry is not None and not VIOLENT_IN_WATER.isdisjoint(chemistry.groups)
+    return not VIOLENT_IN_WATER.isdisjoint(case.catalog.get(name).groups)
 
 
 RULES = (

@@ -161,11 +161,10 @@ def vapor_pressure(reagent: Asset, temperature: float) -> float:
     Args:
         temperature: degrees Celsius.
     """
-    chemistry = reagent.chemistry
-    if chemistry is None or chemistry.boiling_point is None:
+    if reagent.boiling_point is None:
         return 0.0
-    associated = not {"alcohol", "aqueous"}.isdisjoint(chemistry.groups)
-    return vapour_pressure(chemistry.boiling_point, temperature, associated)
+    associated = not {"alcohol", "aqueous"}.isdisjoint(reagent.groups)
+    return vapour_pressure(reagent.boiling_point, temperature, associated)
 
 
 def _all_known(case: ProtocolCase, situation: Situation) -> bool:

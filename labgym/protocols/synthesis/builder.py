@@ -132,7 +132,7 @@ def weigh_first(builder: ProtocolBuilder, vessel: str) -> None:
 
 def clean_up(builder: ProtocolBuilder) -> None:
     """Append the last step: waste by kind, and the glassware."""
-    groups = [group for use in builder.reagents for group in groups_of(builder.catalog.get(use.name))]
+    groups = [group for use in builder.reagents for group in builder.catalog.get(use.name).groups]
     halogens = any("halogen" in group for group in groups)
     waste = "halogenated and other solvent waste apart" if halogens else "solvent and aqueous waste apart"
     builder.do("Clean", f"Collect {waste} and wash the glassware.")
@@ -153,8 +153,3 @@ def short_name(name: str, catalog: Catalog) -> str:
 def is_pyrophoric(asset: Asset) -> bool:
     """Return whether a reagent ignites in air."""
     return asset.chemistry is not None and asset.chemistry.pyrophoric
-
-
-def groups_of(asset: Asset) -> tuple[str, ...]:
-    """Return the reactive groups of a reagent."""
-    return () if asset.chemistry is None else asset.chemistry.groups

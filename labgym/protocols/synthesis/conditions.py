@@ -118,20 +118,17 @@ class Hold:
 def boiling_point(parts: Sequence[Participant]) -> tuple[float, str] | None:
     """Return the lowest boiling point of the solvents and that solvent's name, or None without solvents."""
     points = [
-        (part.asset.chemistry.boiling_point, part.asset.name)
+        (point, part.asset.name)
         for part in parts
-        if "solvent" in part.role
-        and part.asset.chemistry is not None
-        and part.asset.chemistry.boiling_point is not None
+        if "solvent" in part.role and (point := part.asset.boiling_point) is not None
     ]
     return min(points, default=None)
 
 
 def _boils(parts: Sequence[Participant]) -> float | None:
     """Return the lowest temperature at which a liquid of the reaction boils under a condenser, or None."""
-    chemistry = [part.asset.chemistry for part in parts if part.asset.chemistry is not None]
-    points = [item.boiling_point for item in chemistry if item.state == "liquid" and item.boiling_point is not None]
-    return min((point for point in points if point > WARM), default=None)
+    points = [part.asset.boiling_point for part in parts if part.asset.phase == "liquid"]
+    return min((point for point in points if point is not None and point > WARM), default=None)
 
 
 def holds(

@@ -38,10 +38,12 @@ def ended(experiment: Experiment, catalog: Catalog) -> Experiment:
         assets = [catalog.get(name) for name in names if name in catalog]
         wet = any(_is_watery(catalog, portion) for portion in action.takes)
         protic = wet or any(_is_protic(asset) for asset in assets)
-        fresh = any(asset.name in refusals().destroyed_by_protic or _has(asset, _LIVELY) for asset in assets)
+        fresh = any(
+            asset.name in refusals().destroyed_by_protic or not _LIVELY.isdisjoint(asset.groups) for asset in assets
+        )
         if fresh:
             lively, held, quenching = True, False, False
-        elif any(_has(asset, _HYDROLYZED) for asset in assets):
+        elif any(not _HYDROLYZED.isdisjoint(asset.groups) for asset in assets):
             hydrolyzed, held, quenching = True, False, False
         elif action.verb == "Add" and wet and hydrolyzed and held and _works_up(experiment.actions[place + 1 :]):
             action = action.model_copy(update={"verb": "Quench"})
@@ -75,13 +77,9 @@ def _is_watery(catalog: Catalog, portion: Portion) -> bool:
     if portion.name not in catalog:
         return False
     asset = catalog.get(portion.name)
-    if asset.name == WATER or _has(asset, frozenset({"aqueous"})):
+    if asset.name == WATER or "aqueous" in asset.groups:
         return True
     return is_inorganic(asset) and AQUEOUS.search(portion.amount) is not None
-
-
-def _has(asset: Asset, groups: frozenset[str]) -> bool:
-    return asset.chemistry is not None and not groups.isdisjoint(asset.chemistry.groups)
 
 
 def _is_aside(names: list[str], roles: dict[str, Role], catalog: Catalog) -> bool:
@@ -92,5 +90,5 @@ def _is_aside(names: list[str], roles: dict[str, Role], catalog: Catalog) -> boo
 
 def _is_protic(asset: Asset) -> bool:
     """Return whether a reagent destroys a hydride: water, an alcohol, or a solution in water."""
-    groups = frozenset() if asset.chemistry is None else frozenset(asset.chemistry.groups)
+    groups = frozenset(asset.groups)
     return asset.name == WATER or asset.name in refusals().protic or "aqueous" in groups

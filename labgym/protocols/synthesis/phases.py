@@ -85,14 +85,14 @@ class ReactionMixture:
     @property
     def is_strippable(self) -> bool:
         """Whether it is mostly a volatile solvent that mixes with water, too much of it to extract from."""
-        points = [a.chemistry.boiling_point for a in self.solvents if a.name in MISCIBLE and a.chemistry is not None]
+        points = [asset.boiling_point for asset in self.solvents if asset.name in MISCIBLE]
         volatile = any(point is not None and point < STRIPPED_BELOW_C for point in points)
         return volatile and self.volume > EXTRACTABLE_ML and not self.has_layer
 
     @property
     def has_supported_catalyst(self) -> bool:
         """Whether a supported metal has to be filtered off."""
-        return any(asset.chemistry is not None and SUPPORTED in asset.chemistry.groups for asset in self.reagents)
+        return any(SUPPORTED in asset.groups for asset in self.reagents)
 
 
 @dataclass

@@ -9,11 +9,7 @@ from labgym.protocols.amounts import read_amount
 from labgym.protocols.apparatus import NECKED_VESSELS, REACTION_VESSELS, bath_for, millilitres, vessel_for
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.refusals import refusals
-from labgym.protocols.synthesis.builder import (
-    ProtocolBuilder,
-    is_pyrophoric,
-    short_name,
-)
+from labgym.protocols.synthesis.builder import ProtocolBuilder, is_pyrophoric, short_name
 from labgym.protocols.synthesis.conditions import (
     BOILING_TOLERANCE_K,
     Hold,

@@ -240,7 +240,7 @@ def _alike(slot: Slot, name: str, catalog: Catalog) -> bool:
     if "substrate" in slot.role or asset.category in SOLVENTS:
         return False
     if name in catalog.own:  # its entry has no category, but its reactive groups
-        groups = [set(each.chemistry.groups) if each.chemistry is not None else set() for each in (asset, usual)]
+        groups = [set(each.groups) for each in (asset, usual)]
         return bool(groups[1]) and groups[0] >= groups[1]
     return asset.category == usual.category
 

@@ -37,14 +37,7 @@ from labgym.protocols.rules.temperatures import SUPERHEAT_K
 from labgym.protocols.rules.vessels import vapor_pressure
 from labgym.protocols.sizing import fitted
 from labgym.protocols.substances import OpenedExperiment, Resolver, opened
-from labgym.protocols.synthesis.builder import (
-    ProtocolBuilder,
-    clean_up,
-    groups_of,
-    is_pyrophoric,
-    short_name,
-    weigh_first,
-)
+from labgym.protocols.synthesis.builder import ProtocolBuilder, clean_up, is_pyrophoric, short_name, weigh_first
 from labgym.protocols.synthesis.endings import ended
 from labgym.protocols.validate import ProtocolError, examine, faults
 from labgym.quantities import ROOM_RANGE
@@ -343,8 +336,7 @@ class _Stager:
         """
         total = self.volume + self._millilitres(action)
         acid = any(
-            "oxidizing_acid" in groups_of(self.catalog.get(name)) and role != "workup"
-            for name, role in self.roles.items()
+            "oxidizing_acid" in self.catalog.get(name).groups and role != "workup" for name, role in self.roles.items()
         )
         fits = total <= QUENCH_FILL * (capacity(self.catalog.get(self.vessel)) or 0.0)
         at = _temperature(action)
@@ -399,7 +391,7 @@ class _Stager:
     def _recrystallize(self, action: Action, names: tuple[str, ...]) -> None:
         at = _temperature(action)
         if action.temperature is None:
-            at = min((at, *(point for name in names if (point := self._boils_at(name)) is not None)))
+            at = min((at, *(point for name in names if (point := self.catalog.get(name).boiling_point) is not None)))
         self._do(action, names, at, vessel=("ErlenmeyerFlask",))
 
     def _dry_solid(self, action: Action, names: tuple[str, ...]) -> None:
@@ -416,14 +408,18 @@ class _Stager:
 
     def _boiling(self) -> float:
         """Return where the mixture boils, that is, most of its liquid; the usual temperature if that is not known."""
-        points = {name: point for name in self.liquids if (point := self._boils_at(name)) is not None}
+        points = {name: point for name in self.liquids if (point := self.catalog.get(name).boiling_point) is not None}
         main = max(points, key=lambda name: self.liquids[name], default=None)
         return usual_temperature("Reflux") if main is None else points[main]
 
     def _main_boiling_points(self) -> list[float]:
         """Return the boiling points of the main liquids; empty if one is not known."""
         total = sum(self.liquids.values())
-        points = [self._boils_at(name) for name, volume in self.liquids.items() if volume and volume >= 0.1 * total]
+        points = [
+            self.catalog.get(name).boiling_point
+            for name, volume in self.liquids.items()
+            if volume and volume >= 0.1 * total
+        ]
         known = [point for point in points if point is not None]
         return known if len(known) == len(points) else []
 
@@ -446,10 +442,6 @@ class _Stager:
         vessel = self.catalog.get(self.vessel)
         kind = short_name(vessel.family, self.catalog)
         return _with_note(action, f"transfer the mixture to the {kind} of {capacity(vessel):g} mL first")
-
-    def _boils_at(self, name: str) -> float | None:
-        chemistry = self.catalog.get(name).chemistry
-        return None if chemistry is None else chemistry.boiling_point
 
     def _millilitres(self, action: Action) -> float:
         return millilitres((self.catalog.get(portion.name), portion.amount) for portion in action.takes)

@@ -79,8 +79,7 @@ def _refuse_destroyer(kind: Transformation, parts: Iterable[Participant]) -> Non
     """
     groups = product_classes().destroyers.get(kind.id, ())
     for part in parts:
-        chemistry = part.asset.chemistry if part.when == "medium" else None
-        if chemistry is not None and not set(groups).isdisjoint(chemistry.groups):
+        if part.when == "medium" and not set(groups).isdisjoint(part.asset.groups):
             message = f"{part.asset.name} destroys {kind.product}, which {kind.name} gives: name another solvent"
             raise RefusalError("no-reaction", message)
 
@@ -93,7 +92,7 @@ def _made(kind: Transformation, parts: Iterable[Participant]) -> frozenset[str]:
     table = product_classes()
     needs = table.needs.get(kind.id, {})
     assets = [part.asset for part in parts]
-    groups = {group for asset in assets if asset.chemistry is not None for group in asset.chemistry.groups}
+    groups = {group for asset in assets for group in asset.groups}
     groups |= {asset.name for asset in assets}
     if any(part.role in {slot.role for slot in kind.slots} and part.asset.name not in _listed() for part in parts):
         needs = {}
@@ -124,8 +123,7 @@ def _missing_element(kind: Transformation, name: str, reacting: Sequence[Partici
 
 
 def _elements(parts: Iterable[Participant]) -> frozenset[str]:
-    formulas = (part.asset.chemistry.formula or "" for part in parts if part.asset.chemistry is not None)
-    return frozenset(symbol for formula in formulas for symbol in _SYMBOL.findall(formula))
+    return frozenset(symbol for part in parts for symbol in _SYMBOL.findall(part.asset.formula))
 
 
 def _missing_precursor(kind: Transformation, name: str, trivial: TrivialName | None, own: str) -> str:

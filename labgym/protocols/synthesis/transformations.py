@@ -151,8 +151,7 @@ def classes_of(asset: Asset) -> frozenset[str]:
         StructureError: its SMILES is not valid.
         MissingDependencyError: RDKit is not installed.
     """
-    smiles = asset.chemistry.smiles if asset.chemistry is not None else None
-    return _classes(smiles) if smiles else frozenset()
+    return _classes(asset.smiles) if asset.smiles else frozenset()
 
 
 def with_own_reagents(kind: Transformation, names: Iterable[str], catalog: Catalog) -> Transformation:

@@ -323,8 +323,7 @@ def _accepted(names: tuple[str, ...], catalog: Catalog) -> frozenset[str]:
 
 def _asset_smiles(mention: Mention, resolver: Resolver) -> str:
     asset = mention.meaning.asset if mention.meaning is not None else ""
-    chemistry = resolver.catalog.get(asset).chemistry if asset else None
-    return (chemistry.smiles or "") if chemistry is not None else ""
+    return resolver.catalog.get(asset).smiles if asset else ""
 
 
 def _has(smiles: str, patterns: Sequence[str]) -> bool:

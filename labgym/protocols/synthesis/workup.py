@@ -6,12 +6,11 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from labgym.assets import Asset
 from labgym.protocols.amounts import read_amount, scaled
 from labgym.protocols.apparatus import SUCTION, usual_temperature
 from labgym.protocols.refusals import refusals
 from labgym.protocols.rules.conditions import STEAM, STEAM_BATH
-from labgym.protocols.synthesis.builder import groups_of
+from labgym.protocols.rules.hazards import forms_peroxides
 from labgym.protocols.synthesis.conditions import STEAM_BATH_C
 from labgym.protocols.synthesis.phases import WorkUpStep
 from labgym.protocols.synthesis.roles import ASSUMED, PROTECTIVE_GASES, SOLVENTS
@@ -86,15 +85,15 @@ def quench(work: WorkUpWriter, step: WorkUpStep) -> None:
 
 
 def _is_basic(work: WorkUpWriter) -> bool:
-    groups = [set(groups_of(asset)) for asset in work.mixture.reagents]
+    groups = [set(asset.groups) for asset in work.mixture.reagents]
     bases = any(item & {"strong_base", "carbonate", "basic_salt"} for item in groups)
     return bases and not any(item & {"strong_acid", "oxidizing_acid"} for item in groups)
 
 
 def _evolves_gas(work: WorkUpWriter, names: Sequence[str]) -> bool:
     """Return whether a quench releases gas: a carbonate with acid, or residual hydride."""
-    groups = {group for name in names for group in groups_of(work.catalog.get(name))}
-    present = {group for asset in work.mixture.reagents for group in groups_of(asset)}
+    groups = {group for name in names for group in work.catalog.get(name).groups}
+    present = {group for asset in work.mixture.reagents for group in asset.groups}
     acidic = bool(present & {"strong_acid", "oxidizing_acid", "carboxylic_acid", "acyl_halide"})
     return ("carbonate" in groups and acidic) or "metal_hydride" in present
 
@@ -233,7 +232,7 @@ def distil(work: WorkUpWriter, step: WorkUpStep) -> None:
     above = next(iter(temperatures(step.text)), None)
     at = stated + BATH_EXCESS_K if stated is not None and stated > 30.0 else usual_temperature("Distill")
     at = STEAM_BATH_C if steam_bath else min(at, HOTTEST_BATH_C)
-    peroxides = any(_forms_peroxides(work.catalog.get(use.name)) for use in work.builder.reagents)
+    peroxides = any(forms_peroxides(work.catalog.get(use.name)) for use in work.builder.reagents)
     if vacuum and _VACUUM.search(step.text) is None:
         work.builder.notes.append("the distillation is assumed to be under reduced pressure")
     text = "Test for peroxides, then distil" if peroxides else "Distil"
@@ -276,10 +275,6 @@ def dry_solid(work: WorkUpWriter, step: WorkUpStep) -> None:
 def dry_vacuum(work: WorkUpWriter, step: WorkUpStep) -> None:
     """Append the drying of a residue under vacuum."""
     work.do(step, "Hold the residue under vacuum, a cold trap before the pump, until its mass is constant.")
-
-
-def _forms_peroxides(asset: Asset) -> bool:
-    return asset.chemistry is not None and asset.chemistry.peroxide_former
 
 
 class WorkUp(WorkUpWriter):

@@ -10,11 +10,11 @@ import pytest
 from laboratories import published_in_order
 from shapely.affinity import rotate, translate
 from shapely.geometry import Polygon, box
+from spoiling import DRAWN
 
 from labgym.eval import score
 from labgym.layouts import Layout, generate
 from labgym.layouts.rules import Assessment, evaluate_layout
-from labgym.paper.spoiling import DRAWN
 
 DRAWS = 8
 

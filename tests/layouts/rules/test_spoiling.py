@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from laboratories import published_in_order
+from spoiling import SPOILINGS
 
 from labgym.layouts import Layout, generate
 from labgym.layouts.rules import Assessment, evaluate_layout
 from labgym.layouts.rules.rule import mean, worst_mean
 from labgym.paper.damage import KINDS, damaged
-from labgym.paper.spoiling import SPOILINGS
 
 LESS_IS_BETTER = {"ob", "cn", "v"}
 PASSED_PAPER = (

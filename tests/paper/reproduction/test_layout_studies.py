@@ -22,10 +22,15 @@ from labgym.layouts.rules.objective import evaluate_layout
 from labgym.llm import LanguageModel
 from labgym.llm.errors import LanguageModelError
 from labgym.paper.reproduction import cases
-from labgym.paper.reproduction.ablation import RepairAblation, ablation_variants
 from labgym.paper.reproduction.blindfold import bare_catalog, blindfolded, described
 from labgym.paper.reproduction.cases import LayoutRow, StudyVariant, measure
-from labgym.paper.reproduction.comparison import ComparisonStudy, comparison_variants, proposers
+from labgym.paper.reproduction.comparison import (
+    ComparisonStudy,
+    RepairAblation,
+    ablation_variants,
+    comparison_variants,
+    proposers,
+)
 from labgym.paper.reproduction.figures import PublishedFigures
 from labgym.paper.reproduction.layout_tables import fitted_figures, paper_table, second_table
 from labgym.paper.reproduction.measures import report_metrics

@@ -10,8 +10,8 @@ from labgym.assets import Catalog
 from labgym.layouts.floor import Door, Room
 from labgym.layouts.generate import resolve_request
 from labgym.paper.rivals.chamber import Chamber, chambers
+from labgym.paper.rivals.holodeck.proposer import select
 from labgym.paper.rivals.holodeck.search import SearchLimits, candidates, grid_step, search
-from labgym.paper.rivals.holodeck.selection import select
 from labgym.paper.rivals.holodeck.vocabulary import Spots
 from labgym.paper.rivals.plan import Constraint, DesignPlan, Large
 

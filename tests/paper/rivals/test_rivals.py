@@ -15,8 +15,8 @@ from labgym.layouts.rules.collisions import collisions
 from labgym.layouts.rules.whereabouts import missing_assets
 from labgym.paper.rivals import HolodeckPlusProposer, HolodeckProposer, SceneWeaverProposer
 from labgym.paper.rivals.holodeck.search import SearchLimits
+from labgym.paper.rivals.piece import generator_of
 from labgym.paper.rivals.plan import Grade, Large, household_plan, named_to
-from labgym.paper.rivals.randomness import generator_of
 from labgym.paper.rivals.reading import assets_in
 from labgym.protocols import protocols
 

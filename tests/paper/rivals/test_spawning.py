@@ -12,7 +12,7 @@ from labgym.layouts.floor import Door, Room
 from labgym.layouts.generate import resolve_request
 from labgym.layouts.placement import WALL
 from labgym.paper.rivals.chamber import chambers
-from labgym.paper.rivals.holodeck.mounting import mount
+from labgym.paper.rivals.holodeck.proposer import mount
 from labgym.paper.rivals.piece import RivalPiece
 from labgym.paper.rivals.plan import Hung
 from labgym.paper.rivals.spawning import admitted, spawn

@@ -105,7 +105,6 @@ RULES = (
         requires="Furniture that is used from one side stands with its back against a wall or other low furniture",
         limit=f"{BACK_GAP:g} m",
         source="planning practice: supply lines, anchoring",
-        severity="error",
         count=lambda site: sum(one_sided(site.arrangement, row) for row in site.arrangement.standing),
         check=_check,
         group="placing",

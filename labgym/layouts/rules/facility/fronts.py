@@ -130,7 +130,6 @@ RULES = (
         requires="The catalog's clearance in front of floor furniture is free",
         limit="by asset",
         source="catalog clearance",
-        severity="error",
         count=lambda site: len(site.arrangement.workplaces),
         check=_blocked,
         group="placing",

@@ -54,7 +54,6 @@ SUPPLY = FacilityRule(
     requires="Furniture stands within reach of the water, gas and exhaust that it needs",
     limit=", ".join(f"{kind} {reach:g} m" for kind, reach in REACH.items()),
     source="IPC 704.1; IFGC 411.1.3.1",
-    severity="error",
     count=_supplied,
     check=_out_of_reach,
     group="placing",

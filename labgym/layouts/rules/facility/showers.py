@@ -84,7 +84,6 @@ SHOWER_CLEAR = FacilityRule(
     requires="Nothing stands in the clear space around an emergency shower",
     limit=f"{SHOWER_RADIUS:g} m",
     source="ANSI/ISEA Z358.1-2014",
-    severity="error",
     count=lambda site: len(site.arrangement.showers),
     check=_crowded,
     group="placing",

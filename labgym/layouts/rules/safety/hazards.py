@@ -55,10 +55,9 @@ def fire_classes(asset: Asset) -> frozenset[FireClass]:
     classes: set[FireClass] = set()
     if (asset.kind == "reagent" and asset.hazards.flammable) or asset.role in BURNING_CYLINDERS:
         classes.add("B")
-    if asset.kind == "reagent":
-        groups = () if asset.chemistry is None else asset.chemistry.groups
-        if asset.hazards.active_metal or pyrophoric(asset) or not BURNING_METALS.isdisjoint(groups):
-            classes.add("D")
+    burning_metal = asset.hazards.active_metal or not BURNING_METALS.isdisjoint(asset.groups)
+    if asset.kind == "reagent" and (burning_metal or pyrophoric(asset)):
+        classes.add("D")
     return frozenset(classes)
 
 

@@ -101,7 +101,6 @@ RULES = (
         "rooms, spill kits where spills happen",
         limit="by kind (`WRONG_ROOMS`)",
         source="OSHA 29 CFR 1910.37(a) and 1910.141(g)(2); Prudent Practices, 6.C",
-        severity="error",
         count=lambda site: len(_judged(site)),
         check=_check,
         looks_at=_looked_at,

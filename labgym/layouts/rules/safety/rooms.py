@@ -157,7 +157,6 @@ def _rule(one: RoomRequirement) -> FacilityRule:
         requires=one.requires,
         limit="1 per room",
         source=one.source,
-        severity="error",
         count=lambda site: len(_needing(site, one)),
         check=check,
         looks_at=held_in_rooms,

@@ -62,7 +62,6 @@ EXIT_SIGNS = FacilityRule(
     requires="On a floor of several spaces, each exit is marked by a sign; no sign hangs elsewhere",
     limit=f"the width of the exit to its side, {ABOVE_M:g} m above it",
     source="OSHA 29 CFR 1910.37(b)(2) and (b)(5); NFPA 101, 7.10.1.2 and 7.10.1.9",
-    severity="error",
     count=lambda site: len(exits_to_mark(site)),
     check=_check,
     looks_at=lambda site, row: standing(site, row) if site.arrangement.assets[row].role == EXIT_SIGN else None,

@@ -106,7 +106,6 @@ RULES = (
         limit=f"{math.degrees(SKEW_LIMIT_RAD):g} degrees; {PLUMBED_GAP_M:g} m; {SECURED_GAP_M:g} m",
         source="planning practice: modules of benches, service lines and ways run in parallel; IPC 405.4 and 405.5; "
         "OSHA 29 CFR 1910.101(b)",
-        severity="error",
         count=lambda site: len(furniture_rows(site.arrangement)),
         check=_check,
         looks_at=standing,

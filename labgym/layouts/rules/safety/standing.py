@@ -231,7 +231,6 @@ RULES = (
         "cabinets",
         limit="by kind (`MISPLACEMENTS`)",
         source="Prudent Practices, 5.E, 6.C and 9.C; 40 CFR 262.15; NFPA 30, 9.5",
-        severity="error",
         count=lambda site: len(_judged(site)),
         check=_check,
         looks_at=kinds,

@@ -160,7 +160,6 @@ RULES = (
         requires="A person can walk to every extinguisher and every hand-wash sink",
         limit=f"{ARM_REACH_M:g} m from a way {2 * PERSON:g} m wide",
         source="NFPA 10, 6.1.3.1; OSHA 29 CFR 1910.157(c)(1) and 1910.141(d)(2)",
-        severity="error",
         count=lambda site: len(_equipment(site)),
         check=_out_of_reach,
         ways=True,

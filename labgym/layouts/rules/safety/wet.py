@@ -92,7 +92,6 @@ RULES = (
         "showers and ice machines, stored away from water points too, and never under one",
         limit=f"{WET_DISTANCE_M:g} m in plan",
         source="Prudent Practices, 4.D.2.1 and 5.E.2; NFPA 400",
-        severity="error",
         count=lambda site: len(_stored(site)) + len(_used(site)),
         check=_check,
         looks_at=_standing_and_chemicals,

@@ -1,21 +1,70 @@
-"""A language model as the designer: it lists objects and constraints, and the catalog supplies the assets."""
+"""A language model as the designer: it lists objects and constraints, and the catalog supplies the assets.
+
+The forms of its answers are here: the list of objects, and the step that a planner chooses.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import Field
 
 from labgym.assets import Asset, Catalog
+from labgym.documents import Record
 from labgym.layouts.request import Request
 from labgym.llm.client import LanguageModel
 from labgym.llm.prompting import load_prompt
 from labgym.llm.rounds import ask_with_repairs
-from labgym.paper.rivals.language.answers import ListedObject, ListedRoom
+from labgym.paper.rivals.household import Relation
 from labgym.paper.rivals.plan import Constraint, DesignPlan, Hung, Large
 from labgym.paper.rivals.reading import description
+from labgym.paper.rivals.sceneweaver.policy import Tool
+
+Name = Annotated[str, Field(max_length=80)]
+
+
+class RelatedTo(Record):
+    """A constraint with an object that is listed earlier."""
+
+    relation: Relation
+    target: Name
+
+
+class OnTop(Record):
+    """Small objects on each object of a kind."""
+
+    name: Name
+    quantity: Annotated[int, Field(ge=1, le=5)]
+
+
+class ListedObject(Record):
+    """A kind of large object."""
+
+    name: Name
+    quantity: Annotated[int, Field(ge=1, le=10)]
+    location: Literal["floor", "wall"]
+    height: Annotated[float, Field(ge=0.0, le=5.0)]
+    place: Literal["edge", "middle"]
+    relations: Annotated[list[RelatedTo], Field(max_length=8)]
+    on_top: Annotated[list[OnTop], Field(max_length=20)]
+
+
+class ListedRoom(Record):
+    """Everything that is listed for a room."""
+
+    objects: Annotated[list[ListedObject], Field(max_length=60)]
+
+
+class ChosenStep(Record):
+    """A step of SceneWeaver: the number of a problem, and a tool."""
+
+    stop: bool
+    problem: Annotated[int, Field(ge=0, le=1000)]
+    tool: Tool
+
 
 PROMPTS = Path(__file__).resolve().parent / "prompts"
 SEEDS = 2**31

@@ -17,9 +17,8 @@ import numpy as np
 from labgym.layouts.model import Layout
 from labgym.layouts.request import Request
 from labgym.paper.rivals.chamber import Chamber, chambers
-from labgym.paper.rivals.piece import layout_of
+from labgym.paper.rivals.piece import generator_of, layout_of, numbers_in_use
 from labgym.paper.rivals.plan import Designer, DesignPlan, Grade, Large, household_plan, named_to
-from labgym.paper.rivals.randomness import generator_of, numbers_in_use
 from labgym.paper.rivals.sceneweaver.critic import Critique, critique
 from labgym.paper.rivals.sceneweaver.physics import cleared, settle
 from labgym.paper.rivals.sceneweaver.policy import Planner, TablePlanner, WeaverAction

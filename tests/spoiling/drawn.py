@@ -19,8 +19,8 @@ from labgym.layouts.rules.safety.rooms import REQUIREMENTS
 from labgym.layouts.rules.safety.square import furniture_rows
 from labgym.layouts.rules.safety.standing import forbidden
 from labgym.layouts.rules.site import Site
-from labgym.paper.spoiling.objects import ids_where
 from labgym.protocols import Protocol
+from spoiling.objects import ids_where
 
 Item = TypeVar("Item")
 Draw = Callable[[Layout, Protocol, np.random.Generator], Layout]

@@ -6,10 +6,10 @@ import math
 
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import Settle, apply, lifted
-from labgym.paper.spoiling.edits import at_front_edge, on_floor, settled_in_row
-from labgym.paper.spoiling.objects import benches_of, instruments_of, required_of
 from labgym.protocols import Protocol
 from labgym.protocols.capability import is_ventilated
+from spoiling.edits import at_front_edge, on_floor, settled_in_row
+from spoiling.objects import benches_of, instruments_of, required_of
 
 
 def instruments_on_floor(layout: Layout, _: Protocol) -> Layout:

@@ -6,8 +6,43 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from labgym.layouts.model import Layout
-from labgym.paper.spoiling import furniture, hazards, instruments, removals
+from labgym.layouts.moves import without
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.protocols import Protocol
+from spoiling import furniture, hazards, instruments
+from spoiling.objects import hoods_of, ids_where, required_of
+
+
+def bare_necessities(layout: Layout, protocol: Protocol) -> Layout:
+    """Keep only what the protocol requires, and what carries it."""
+    kept = required_of(layout, protocol)
+    kept |= {layout.root(each).id for each in kept}
+    for each in list(kept):
+        while layout.placement(each).support not in (FLOOR, WALL):
+            each = layout.placement(each).support
+            kept.add(each)
+    return without(layout, [p.id for p in layout.placements if p.id not in kept])
+
+
+def lacking(*roles: str) -> Callable[[Layout, Protocol], Layout]:
+    """Return the way to spoil a layout that removes all objects of some roles."""
+
+    def spoil(layout: Layout, _: Protocol) -> Layout:
+        return without(layout, ids_where(layout, lambda _, a: a.role in roles))
+
+    return spoil
+
+
+def instrument_missing(layout: Layout, protocol: Protocol) -> Layout:
+    """Remove all placements of one instrument that the protocol requires."""
+    name = layout.catalog.find(protocol.instruments[0]).role
+    return without(layout, ids_where(layout, lambda _, a: a.role == name))
+
+
+def hood_missing(layout: Layout, _: Protocol) -> Layout:
+    """Remove the hoods, with what is in them."""
+    return without(layout, hoods_of(layout))
+
 
 Spoil = Callable[[Layout, Protocol], Layout]
 
@@ -32,9 +67,7 @@ SPOILINGS: Mapping[str, Spoiling] = {
         "all instruments on the floor", ("ob", "glass", "v"), instruments.instruments_on_floor
     ),
     "sink_in_door": Spoiling("the sink in the only door", ("door_nav", "facility", "v"), furniture.sink_in_door),
-    "bare_necessities": Spoiling(
-        "only what the protocol requires", ("asset", "safety", "v"), removals.bare_necessities
-    ),
+    "bare_necessities": Spoiling("only what the protocol requires", ("asset", "safety", "v"), bare_necessities),
     "wrong_cabinets": Spoiling("every reagent in a cabinet of a wrong class", ("store", "v"), hazards.wrong_cabinets),
     "furniture_faces_wall": Spoiling("all furniture faces the wall", ("fronts", "v"), furniture.furniture_faces_wall),
     "one_flask_on_floor": Spoiling("one flask on the floor", ("ob", "glass", "v"), instruments.one_flask_on_floor),
@@ -50,18 +83,18 @@ SPOILINGS: Mapping[str, Spoiling] = {
         "a bench 0.4 m before a hood", ("fronts", "v"), furniture.hood_without_clearance
     ),
     "glass_at_edge": Spoiling("glassware at the edge", ("glass", "fitness"), instruments.glass_at_edge),
-    "no_shower": Spoiling("no emergency shower", ("asset", "safety"), removals.lacking("EmergencyShower")),
-    "no_eyewash": Spoiling("no eyewash", ("asset", "safety", "v"), removals.lacking("EyewashStation")),
+    "no_shower": Spoiling("no emergency shower", ("asset", "safety"), lacking("EmergencyShower")),
+    "no_eyewash": Spoiling("no eyewash", ("asset", "safety", "v"), lacking("EyewashStation")),
     "no_extinguisher": Spoiling(
         "no fire extinguisher",
         ("asset", "safety", "v"),
-        removals.lacking("FireExtinguisher", "CO2Extinguisher", "ClassDExtinguisher"),
+        lacking("FireExtinguisher", "CO2Extinguisher", "ClassDExtinguisher"),
     ),
-    "no_spill_kit": Spoiling("no spill kit", ("asset", "safety", "v"), removals.lacking("SpillKit")),
+    "no_spill_kit": Spoiling("no spill kit", ("asset", "safety", "v"), lacking("SpillKit")),
     "no_waste": Spoiling(
         "nothing for waste",
         ("asset", "safety", "v"),
-        removals.lacking("SolventWasteContainer", "SolidWasteBin", "WasteStation"),
+        lacking("SolventWasteContainer", "SolidWasteBin", "WasteStation"),
     ),
     "shower_crowded": Spoiling("furniture under the emergency shower", ("facility", "v"), furniture.shower_crowded),
     "vessels_out_of_hood": Spoiling("vessels out of the hood", ("ventilate", "v"), instruments.vessels_out_of_hood),
@@ -80,8 +113,8 @@ SPOILINGS: Mapping[str, Spoiling] = {
     "furniture_stacked": Spoiling("furniture in furniture", ("cn", "v"), furniture.furniture_stacked),
     "bench_on_bench": Spoiling("furniture on a bench", ("ob", "v"), furniture.bench_on_bench),
     "furniture_in_wall": Spoiling("furniture in the wall", ("ob", "v"), furniture.furniture_in_wall),
-    "instrument_missing": Spoiling("a required instrument is missing", ("asset", "v"), removals.instrument_missing),
-    "hood_missing": Spoiling("the hoods are missing", ("asset", "v"), removals.hood_missing),
+    "instrument_missing": Spoiling("a required instrument is missing", ("asset", "v"), instrument_missing),
+    "hood_missing": Spoiling("the hoods are missing", ("asset", "v"), hood_missing),
     "far_on_benches": Spoiling("instruments in the far corners", ("reach",), instruments.far_on_benches),
     "wall_units_on_floor": Spoiling("wall units on the floor", ("ob", "v"), furniture.wall_units_on_floor),
     "hood_at_door": Spoiling("a hood next to a door", ("facility",), furniture.hood_at_door),

@@ -5,9 +5,9 @@ from __future__ import annotations
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import Settle, apply
 from labgym.layouts.rules.separation import hazard_between
-from labgym.paper.spoiling.edits import in_front_of, on_floor, settled_in_row
-from labgym.paper.spoiling.objects import benches_of, cabinets_of, heat_sources_of, hoods_of, reagents_of
 from labgym.protocols import Protocol
+from spoiling.edits import in_front_of, on_floor, settled_in_row
+from spoiling.objects import benches_of, cabinets_of, heat_sources_of, hoods_of, reagents_of
 
 
 def wrong_cabinets(layout: Layout, _: Protocol) -> Layout:

@@ -10,9 +10,9 @@ from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.building import Entrance, building_of
 from labgym.layouts.rules.thresholds import MOVABLE
 from labgym.navigation import goal_poses
-from labgym.paper.spoiling.edits import in_front_of, inside_door, on_floor, turned_about
-from labgym.paper.spoiling.objects import benches_of, cabinets_of, furniture_of, hoods_of, ids_where
 from labgym.protocols import Protocol
+from spoiling.edits import in_front_of, inside_door, on_floor, turned_about
+from spoiling.objects import benches_of, cabinets_of, furniture_of, hoods_of, ids_where
 
 
 def sink_in_door(layout: Layout, _: Protocol) -> Layout:

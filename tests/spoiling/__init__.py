@@ -4,7 +4,7 @@ Each fixed one must lower a headline figure of the rule set `touchstone` (docs/m
 safety rule. Any floor. The damage that repairs are evaluated with, drawn at random, is in `labgym.paper.damage`.
 """
 
-from labgym.paper.spoiling.drawn import DRAWN, DrawnSpoiling
-from labgym.paper.spoiling.spoilings import SPOILINGS, Spoiling
+from spoiling.drawn import DRAWN, DrawnSpoiling
+from spoiling.spoilings import SPOILINGS, Spoiling
 
 __all__ = ["DRAWN", "SPOILINGS", "DrawnSpoiling", "Spoiling"]
