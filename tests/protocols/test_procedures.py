@@ -168,6 +168,12 @@ def test_a_procedure_that_names_all_amounts_and_a_product_is_complete_with_nothi
         ("The oil was separated and purified by column chromatography (hexane).", [("Chromatograph", ["hexane"])]),
         ("1 N-hydrochloric acid (3 mL) was added.", [("Add", ["hydrochloric acid 3 mL of 1 M"])]),
         (
+            "An ester (52 g) was added to a suspension prepared from 14 g of sodium hydride and 130 mL of toluene.",
+            [("Add", ["sodium hydride 14 g", "toluene 130 mL"]), ("Add", ["ester 52 g"])],
+        ),
+        ("Zinc chloride, 1 mol, was added a drop at a time.", [("Add", ["Zinc chloride 1 mol"])]),
+        ("(2S, 4S)-4-phenoxyproline (1 g) was added.", [("Add", ["(2S, 4S)-4-phenoxyproline 1 g"])]),
+        (
             "The resulting acid chloride was dissolved in ether (5 mL).",
             [("Dissolve", ["acid chloride", "ether 5 mL"])],
         ),
@@ -257,6 +263,15 @@ def test_each_liquid_of_a_mixture_or_a_list_has_its_own_amount(text: str, amount
         ("To a flask equipped with a stirrer, a trap and a condenser is charged 5 g of phenol.", "Add"),
         ("With rapid stirring 16 g of phenol were added.", "Add"),
         ("The solid (3 g) was used without further purification.", "Yield"),
+        ("Bulb-to-bulb distillation (80 °C/0.05 mmHg) afforded anisole (5 g).", "Distill Yield"),
+        ("It was passed through a pad of silica gel (10 g).", "Filter"),
+        ("It was shaken under hydrogen in the presence of PtO2 (0.6 g).", "Add Hydrogenate"),
+        ("The phase was covered with ether (50 mL) and adjusted to pH 2 by adding HCl.", "Add AdjustPH"),
+        ("The extract was dried by passage through sodium sulfate.", "DrySolution"),
+        ("After 1 h at 25 °C then 17 h at 5 °C t.l.c. indicated the reaction was complete.", "Wait Monitor"),
+        ("It was then extracted by shaking three times with ether (5 mL).", "Extract"),
+        ("After water was added to the residue, the mixture was filtered.", "Add Filter"),
+        ("The resulting anisole thus obtained was filtered off. Dimethylamine was evolved.", "Filter"),
     ],
 )  # fmt: skip
 def test_an_operation_is_what_the_words_around_it_say(text: str, verbs: str) -> None:
@@ -402,6 +417,8 @@ def test_a_lost_part_or_repeat_lowers_its_own_figure_alone() -> None:
         ("The crystalline product was removed by filtration, washed with methanol and dried.", "precipitate"),
         ("The liquid was decanted and the residue was recrystallized from ethanol.", "precipitate"),
         ("It was dried (Na2SO4), decanted and evaporated.", "filtrate"),
+        ("It was stirred for 3 days and is then filtered, diluted with water and extracted with ether.", "filtrate"),
+        ("It was cooled, filtered from the solid precipitate and concentrated.", "filtrate"),
     ],
 )
 def test_a_filtration_keeps_the_part_that_goes_on(text: str, keep: str) -> None:

@@ -60,7 +60,7 @@ _UNIT = {
     "pressure": r"mbar|bars?|psig?|psia|p\.s\.i\.?|pounds per square inch|"
     r"atm(?:os(?:pheres?)?)?|torr|Torr|mm\.? ?(?:of )?Hg|mm ?hg|kPa|"
     r"MPa|hPa|Pa|kg\.?/cm2|millibar",
-    "other": r"MHz|Hz|rpm|nm|W|kW|eV|mesh|stages|cm-1|cm|mm|mμ|μm?|Å",
+    "other": r"MHz|Hz|rpm|nm|W|kW|eV|mesh|stages|cm-1|cm|mm|mμ|μm?|Å|inch(?:es)?",
 }  # fmt: skip
 _ORDER: tuple[Kind, ...] = (
     "pressure", "equivalents", "substance", "percent", "mass", "volume", "parts", "other", "time", "temperature",
@@ -75,10 +75,10 @@ _VALUE = re.compile(
     rf"(?P<inner> ?°(?: ?C\.?)?)?(?: ?(?:-|to|~) ?{_APPROXIMATE}? ?\+?(?P<neg>-)?(?P<high>{_N}))?"
 )
 _SPOKEN = re.compile(
-    r"(?<![A-Za-z-])(?!a second\b)(?P<word>half an?|one half|an?|(?:a )?few|several|another|a further|one|two|"
-    r"three|four|five|six|seven|"
+    r"(?<![A-Za-z-])(?!a second\b|a drop at a time)(?P<word>half an?|one half|an?|(?:a )?few|several|another|a further|"
+    r"one|two|three|four|five|six|seven|"
     r"eight|nine|ten|eleven|twelve|(?:thir|four|fif|six|seven|eigh|nine)teen|twenty|thirty|forty|fifty|sixty|"
-    r"(?:one|a) hundred)(?: (?:and a half|to (?P<to>two|three|"
+    r"(?:one|a) hundred)(?: (?:and (?:a|one)[- ]half|to (?P<to>two|three|"
     r"four|five|six|ten)|more|additional))?"
     r" (?:(?P<mass>grams?|milligrams?|kilograms?|pounds?)|(?P<volume>drops?|milliliters?|millilitres?|liters?|litres?)|"
     r"(?P<equivalents>equivalents?|equiv)|(?P<substance>moles?)|(?P<time>hours?|hrs?|minutes?|"
@@ -124,7 +124,7 @@ _RATIO = re.compile(
 _NAMED = (
     (
         re.compile(
-            r"\b(?:room[- ]?(?:temperature|temp\b\.?)|ambient(?: temperature| temp\b\.?)?|"
+            r"\b(?:room[- ]?(?:temperature|temp\b\.?)|ambient(?: temperature| temp\b\.?)?(?! pressure)|"
             r"r\.? ?t\b\.?|RT\b|normal temperature)"
         ),
         "temperature",
@@ -341,7 +341,7 @@ def _spoken(text: str) -> Iterator[QuantitySpan]:
         kind = next(name for name in ("mass", "volume", "equivalents", "substance", "time") if match[name])
         word = match["word"].lower()
         value = float(_WORDS[word])
-        value += 0.5 if "and a half" in match[0] else 0.0
+        value += 0.5 if " and " in match[0] else 0.0
         upper = _WORDS[match["to"].lower()] if match["to"] else None
         yield _figure(match.span(), kind, match[kind], value, upper, text, 1)
 

@@ -69,10 +69,20 @@ def _kept(draft: ActionDraft, place: int) -> tuple[KeptPart, bool]:
         part = _used(action, following, words)
         if part == "filtrate":
             return "filtrate", True
+        if part is None and _is_worked_up(draft, following, words):
+            return "filtrate", True
         if part is None:
             return _guessed(action, following, words, washed)
         is_solid_used = True
     return ("filtrate" if action.keep == "filtrate" and not is_solid_used else "precipitate"), True
+
+
+def _is_worked_up(draft: ActionDraft, following: Action, words: str) -> bool:
+    """Return whether a sentence goes on with the liquid: "filtered, diluted with water and extracted"."""
+    place = next(k for k, item in enumerate(draft.actions) if item is following)
+    later = draft.actions[place + 1].verb if place + 1 < len(draft.actions) else ""
+    joined = words.strip(" ,") in ("", "and", "then", "and then")
+    return joined and following.verb in ("Add", "AdjustPH") and later in ("Extract", "Partition", "PhaseSeparation")
 
 
 def _used(action: Action, following: Action, words: str) -> KeptPart | None:

@@ -31,7 +31,7 @@ def give(draft: ActionDraft, operation: PhrasedOperation) -> None:
     head, clause = operation.head, operation.clause
     behind = [item for phrase in operation.after[:1] if not phrase.prep for item in phrase.substances]
     is_inverted = not substances(operation.before) and any(item.is_measured for item in behind)
-    is_before = head.passive and not is_inverted and [token.low for token in clause.before[:1]] != ["there"]
+    is_before = head.passive and not is_inverted and "there" not in lows(clause.before[-1:])
     source, tokens = (operation.before, clause.before) if is_before else (operation.after, clause.after)
     others = operation.after if is_before else []
     phrases = [*source, *others]
@@ -80,7 +80,7 @@ def give_alone(draft: ActionDraft, tokens: Sequence[Token]) -> None:
     for item in subject.substances:
         kinds = {value.kind for value in item.amounts}
         if kinds & {"mass", "percent"}:
-            named = {"product", "residue"} & set(subject.nouns) or "used" in lows(tokens)
+            named = {"product", "residue"} & set(subject.nouns) or lows(tokens) & {"used", "form", "melting"}
             if item.weak or named or {"mass", "percent"} <= kinds:
                 draft.emit("Yield", (item.start, item.end), gives=(draft.yielded(item),))
             return

@@ -243,7 +243,10 @@ def _filter(draft: ActionDraft, operation: PhrasedOperation) -> None:
     solid = (is_product or bool(subject & (SOLID | {"crystals"}))) and not subject & _UNDISSOLVED and not is_unwanted
     cleared = (is_unwanted or bool(aids) or draft.last_verb == "DrySolution") and not is_collected and not solid
     draft.own_names([phrase for phrase in operation.phrases if phrase not in aids])
-    is_solution = "solution" in lows(clause.before) and not (solid or is_collected or is_unwanted)
+    behind = [token.low for token in clause.after[:2]]
+    is_freed = "from" in behind and bool(subject & SOLID)
+    is_unwanted, solid = is_unwanted or is_freed, solid and not is_freed
+    is_solution = ("solution" in lows(clause.before) or is_freed) and not (solid or is_collected or is_unwanted)
     cleared = cleared or is_solution
     is_named = solid or is_solution or (is_collected and not cleared)
     draft.last_solid = not cleared
@@ -284,10 +287,14 @@ def _chromatograph(draft: ActionDraft, operation: PhrasedOperation) -> None:
             ratios += [value for value in item.amounts if value.kind == "percent"]
             item.amounts = [value for value in item.amounts if value.kind != "percent"]
     takes = draft.portions(used)
-    draft.own_all(item for phrase in phrases for item in phrase.loose)
+    ratios += [item for phrase in phrases for item in phrase.loose]
     if draft.last_verb == "Chromatograph" and head.low.startswith("elut"):
         last = draft.actions[-1]
-        more = tuple(portion for portion in takes if portion.name not in {old.name for old in last.takes})
-        draft.actions[-1] = last.model_copy(update={"takes": (*last.takes, *more)[:30]})
+        known = {(old.name, old.amount) for old in last.takes} | {(old.name, "") for old in last.takes}
+        takes = [*last.takes, *(portion for portion in takes if (portion.name, portion.amount) not in known)]
+        draft.own_all(ratios)
+        said = ", ".join(dict.fromkeys(draft.text[item.start : item.end] for item in ratios))
+        note = "; ".join(filter(None, (last.note, said)))[:400]
+        draft.actions[-1] = last.model_copy(update={"takes": tuple(takes)[:30], "note": note})
     else:
         draft.emit("Chromatograph", operation.span, takes, conditions(phrases), phrases, ratios)

@@ -11,7 +11,8 @@ from labgym.protocols.reading.figures import QuantitySpan
 from labgym.protocols.reading.lexicon import SUBSTANCES, VerbWord, names_substance, verb_word
 
 TokenKind = Literal["word", "name", "verb", "figure", "mark", "group"]
-_CHUNK = re.compile(r"\S+")
+_CHUNK = re.compile(r"(?:\((?:\d{0,2}[a-z]?[RSEZ]\*?, ){1,9}(?=\d{0,2}[a-z]?[RSEZ]\*?\)))?\S+")
+"""A word; spaces between the descriptors of a stereoisomer are a part of it: "(2S, 4S)-1-phenyl"."""
 LONGEST_BRACKET = 400
 """Longest bracket, characters; a longer one is taken for two signs that do not belong together."""
 _OPEN, _CLOSE = "([{", ")]}"
@@ -80,7 +81,8 @@ _DATA = re.compile(
     r"|MS[- ]?(?=[(:=+mME[])|HRMS|m/[ze]\b|M/[ZE]\b|IR ?(?=[(:])|I\.R\.|FT-?IR|R ?f\b ?[=:0(~]|"
     r"[Mm]ass spec\b|(?:IR|UV|[Ii]nfrared|resonance|[Mm]ass)[- ](?:absorption )?spectr|TLC (?:in|analysis) |"
     r"(?<=\()(?:crude |isolated )?[Yy]ield:? (?=\d)|"
-    r"Rf[- ]values?|[ν\u03bdv] ?max\b|τ ?[(:]|[Aa]cid number|n\.m\.r|[mM]pt\b|Smp\.|[mM]\.pt\.|"
+    r"Rf[- ]values?|[Tt]hin[- ]layer chromatogram\b|"
+    r"[ν\u03bdv] ?max\b|τ ?[(:]|[Aa]cid number|n\.m\.r|[mM]pt\b|Smp\.|[mM]\.pt\.|"
     r"[Tt]he (?:(?:crude|overall|isolated|total) )?(?:purity|yield)(?: of [^.;]{0,60})? (?:was|is)\b|m\. ?(?=\d{2,3}°)|"
     r"RF: |Anal(?:ysis|\.)|Elemental|TLC:|Rt ?="
     r"|n ?D ?2[05]|nD2|[Rr]efractive index|calc(?:d|'d|ulated for)\b|[Bb]\. ?p\b\.?|"

@@ -149,13 +149,12 @@ def _conjunction(draft: PhraseDraft, word: Word) -> bool:
 def _supported(draft: PhraseDraft, word: Word) -> bool:
     """Read "on" between a metal and its support as a part of the name: "palladium on carbon"."""
     previous = draft.tokens[word.place - 1].low if word.place else ""
-    return (
-        word.low == "on"
-        and previous in _METALS
-        and word.after in _SUPPORTS
-        and draft.last is not None
-        and draft.adjacent
-    )
+    if word.low != "on" or previous not in _METALS or word.after not in _SUPPORTS:
+        return False
+    if draft.last is None or not draft.adjacent:
+        return False
+    draft.last.end, draft.skip = draft.tokens[word.place + 1].end, word.place + 1
+    return True
 
 
 def _preposition(draft: PhraseDraft, word: Word) -> bool:
