@@ -171,6 +171,10 @@ def test_a_procedure_that_names_all_amounts_and_a_product_is_complete_with_nothi
             "An ester (52 g) was added to a suspension prepared from 14 g of sodium hydride and 130 mL of toluene.",
             [("Add", ["sodium hydride 14 g", "toluene 130 mL"]), ("Add", ["ester 52 g"])],
         ),
+        (
+            "An amine (5 g), prepared as described in Example 7, is dissolved in acetone (15 mL).",
+            [("Dissolve", ["amine 5 g", "acetone 15 mL"])],
+        ),
         ("Zinc chloride, 1 mol, was added a drop at a time.", [("Add", ["Zinc chloride 1 mol"])]),
         ("(2S, 4S)-4-phenoxyproline (1 g) was added.", [("Add", ["(2S, 4S)-4-phenoxyproline 1 g"])]),
         (
@@ -202,6 +206,10 @@ def test_unrolled_actions_have_one_period_each() -> None:
         "The title compound was prepared from aniline (1 g) by the procedure described in Example 3.",
         "Following the general procedure A, aniline (1 g) gave the amide (1.2 g).",
         "In a manner analogous to Example 7, Step B, the amine was obtained.",
+        "Following General Procedure B′ above, and using aniline, the title compound was prepared.",
+        "As for Example 8, aniline is coupled to proline.",
+        "By following essentially the procedure of Example 7, Part B, the amine was prepared from aniline.",
+        "Aniline (1 g) was reacted in accordance with Example 36, yielding the amide.",
         "Aniline (1 g) is heated with acetone (2 g). The procedure described in Example 1 is followed.",
     ],
 )

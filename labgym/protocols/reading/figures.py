@@ -81,7 +81,7 @@ _SPOKEN = re.compile(
     r"(?:one|a) hundred)(?: (?:and (?:a|one)[- ]half|to (?P<to>two|three|"
     r"four|five|six|ten)|more|additional))?"
     r" (?:(?P<mass>grams?|milligrams?|kilograms?|pounds?)|(?P<volume>drops?|milliliters?|millilitres?|liters?|litres?)|"
-    r"(?P<equivalents>equivalents?|equiv)|(?P<substance>moles?)|(?P<time>hours?|hrs?|minutes?|"
+    r"(?P<equivalents>equivalents?|equiv)|(?P<substance>m?moles?|mmol)|(?P<time>hours?|hrs?|minutes?|"
     r"min|days?|weeks?|seconds?))(?![A-Za-z])",
     re.IGNORECASE,
 )

@@ -21,6 +21,11 @@ _THROWN = re.compile(
     r"\b(?:(filtrates?|mother liquors?|supernatant)|(?:solids?|precipitates?|cake|filter-cake))"
     r"(?: (?:was|were|is|are))?(?: then)? (?:discarded|rejected|thrown away|disposed of)\b"
 )
+_CROP = re.compile(
+    r"\b(?:(?:second|third) (?:crop|quantity|batch|portion|amount)|(?:further|additional|another|more)"
+    r"(?: (?:crop|quantity|batch|portion|amount)| (?:of )?(?:the )?(?:solid|product|material|crystals)| \d))"
+)
+"""Words for more of a product, from the mother liquor."""
 _OF_LIQUIDS: frozenset[Verb] = frozenset((
     "Concentrate", "Extract", "Partition", "PhaseSeparation", "CollectLayer", "DrySolution", "AdjustPH", "Distill",
     "Cool",
@@ -58,7 +63,7 @@ def _kept(draft: ActionDraft, place: int) -> tuple[KeptPart, bool]:
         if thrown is not None and not is_solid_used:
             return ("precipitate" if thrown[1] else "filtrate"), True
         if _FILTRATE.search(f"{words} {inside}"):
-            return ("precipitate", False) if is_solid_used else ("filtrate", True)
+            return ("precipitate", _gives_crop(draft, following)) if is_solid_used else ("filtrate", True)
         if following.verb == "Filter":
             break
         if is_solid_used:
@@ -75,6 +80,12 @@ def _kept(draft: ActionDraft, place: int) -> tuple[KeptPart, bool]:
             return _guessed(action, following, words, washed)
         is_solid_used = True
     return ("filtrate" if action.keep == "filtrate" and not is_solid_used else "precipitate"), True
+
+
+def _gives_crop(draft: ActionDraft, following: Action) -> bool:
+    """Return whether a filtrate gives more of a product whose first part was filtered off."""
+    start = 0 if following.span is None else following.span[0]
+    return _CROP.search(draft.plain, max(0, start - 120), start + 300) is not None
 
 
 def _is_worked_up(draft: ActionDraft, following: Action, words: str) -> bool:

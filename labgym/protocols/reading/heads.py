@@ -329,6 +329,7 @@ def _is_idle(at: _Place) -> bool:
         (low in ("dry", "combine", "separate") and (named or batch) and not (at.place == 0 and low != "dry"))
         or (low == "provided" and at.after == "with")
         or (low.startswith("weigh") and at.passive)
+        or (low in ("absorbed", "adsorbed") and at.after not in ("on", "onto", "in", "into"))
         or (low.startswith("pass") and at.after not in ("into", "in", "through"))
         or low in ("sealed", "seal", "fitted", "equipped", "sealing", "prepared")
         or (low in ("boiling", "boil", "boils") and not at.passive)
@@ -397,6 +398,8 @@ def _is_adjective(at: _Place, word: VerbWord) -> bool:
     """Return whether a participle belongs to the noun after it: "the combined organic layers"."""
     following = at.following
     if at.passive or following is None:
+        return False
+    if at.place == 0 and following.kind != "word" and not any(item.low in AUXILIARIES for item in at.tokens):
         return False
     noun = (
         following.kind == "name"

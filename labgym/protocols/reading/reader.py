@@ -57,9 +57,14 @@ _TAKING: frozenset[Verb] = frozenset(("Dissolve", "DrySolution", "Extract", "Rec
 """Operations that need a substance."""
 _GAINED = frozenset((
     "yield", "obtained", "product", "crude", "pure", "weighed", "weighing", "theory", "residual", "removed", "formed",
-    "eluted", "elutes", "collected", "precipitated", "separated", "recovered", "isolated",
+    "absorbed", "absorption", "uptake", "observed", "consumed", "eluted", "elutes", "collected", "precipitated",
+    "separated", "recovered", "isolated",
 ))  # fmt: skip
 """Words of clauses in which an amount may be of a product."""
+SHORTEST_HOLD_MIN = 0.5
+"""Shortest period of a sentence without an operation, minutes; what is shorter is a peak of a spectrum ("3.4 s")."""
+_LASTING = frozenset(("after", "for", "run", "performed", "carried", "conducted", "reaction", "within"))
+"""Words of a sentence without an operation that tells how long something is held."""
 _PREPARED = frozenset(("prepared", "made", "synthesized", "synthesised"))
 _SPECTRUM = re.compile(r"[-+]?\d+(?:\.\d+)?(?:-\d+(?:\.\d+)?)? ?\(")
 """Peaks with which data go on: "3.99 (s, 3H)"."""
@@ -203,7 +208,8 @@ def _read_operations(
 def _hold_alone(draft: ActionDraft, tokens: Sequence[Token]) -> None:
     """Append the period that a sentence without an operation tells: "After 1 h at 25 C then 17 h at 5 C: complete"."""
     held = conditions(read_phrases(tokens))
-    if draft.actions and any(item.kind == "time" for item in held):
+    lasts = any(item.kind == "time" and item.value >= SHORTEST_HOLD_MIN for item in held)
+    if draft.actions and lasts and lows(tokens) & _LASTING:
         gas = next((token for token in tokens if token.low in ("hydrogen", "h2")), None)
         span = (held[0].start, held[-1].end)
         if gas is None:
@@ -279,7 +285,7 @@ def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:
         return
     draft.manners = lows(clause.group) & MANNERS.keys()
     begin = len(draft.actions)
-    weighed = [item for item in substances(before) if item.is_measured]
+    weighed = [item for item in substances(before) or substances(after[:1]) if item.is_measured]
     if head.low == "collected" and any(not item.weak or "product" in _text(draft, item) for item in weighed):
         give(draft, operation)
     else:

@@ -20,6 +20,10 @@ _UNFINISHED = frozenset((
     "precipitate", "residue", "suspension", "slurry", "solution", "mixture", "phase", "layer", "layers",
 ))  # fmt: skip
 """What an operation leaves that is no product by itself."""
+_BEFORE_RESULTS = frozenset((
+    "Chromatograph", "Concentrate", "Crystallize", "Distill", "DrySolid", "Filter", "Recrystallize", "Sublime",
+))  # fmt: skip
+"""Operations behind which a mass with a name is that of their product."""
 _LABELS = frozenset((
     "product", "compound", "products", "material", "oil", "solid", "crystals", "powder", "foam", "residue",
 ))  # fmt: skip
@@ -80,7 +84,9 @@ def give_alone(draft: ActionDraft, tokens: Sequence[Token]) -> None:
     for item in subject.substances:
         kinds = {value.kind for value in item.amounts}
         if kinds & {"mass", "percent"}:
-            named = {"product", "residue"} & set(subject.nouns) or lows(tokens) & {"used", "form", "melting"}
+            named = draft.last_verb in _BEFORE_RESULTS and len(subject.substances) == 1
+            named = named or not {"product", "residue"}.isdisjoint(subject.nouns)
+            named = named or not {"used", "form", "melting"}.isdisjoint(lows(tokens))
             if item.weak or named or {"mass", "percent"} <= kinds:
                 draft.emit("Yield", (item.start, item.end), gives=(draft.yielded(item),))
             return

@@ -168,7 +168,7 @@ def collect(draft: ActionDraft, operation: PhrasedOperation) -> None:
         kept, is_named = _decanted(draft, near)
         draft.last_solid = kept == "precipitate"
         draft.act("Filter", operation, keep=kept, note="decant", assumed=() if is_named else ("keep",))
-    elif near & SOLID or "crystal" in near:
+    elif near & (SOLID | {"crystal", "product"}):
         _filter(draft, operation)
     elif near & _LIQUID_BATCHES:
         draft.act("CollectLayer" if layer else "PhaseSeparation", operation, part=None, keep=layer)

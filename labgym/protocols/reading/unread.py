@@ -42,6 +42,7 @@ _CHECKED = MEASURES | CONDITIONS
 """Kinds of figures that an action must state."""
 _AMOUNT_PARTS = re.compile(r", | of | x ")
 _WAITED = ("evolution", "uptake", "absorption", "generation", "consumption")
+_GASES = frozenset(("hydrogen", "h2"))
 _BARE_UNIT = re.compile(r"^(?:grams?|[km]g|m[lL]|milliliters?|millilitres?|m?mol(?:es?)?)$")
 _SHARES = frozenset((
     "yield", "yield)", "theory", "theoretical", "conversion", "converted", "purity", "pure", "ee", "de", "complete",
@@ -212,6 +213,8 @@ def _own_observed(draft: ActionDraft, tokens: Sequence[Token]) -> None:
         previous = token.low
         if waits and token.kind == "name":
             draft.own(token.start, token.end)
+        elif waits and token.figure is not None and token.figure.kind in MEASURES and lows(tokens) & _GASES:
+            draft.own(token.start, token.end, ASIDE)
         if token.kind == "group" and lows(token.inner) & {"dispersion", "suspension"}:
             draft.own_all(item for item in token.inner if item.low in ("mineral", "paraffin"))
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from labgym.assets import Asset, pairs
 from labgym.assets.plausibility import FACE_VELOCITY_M_S
+from labgym.protocols.amounts import read_amount
 from labgym.protocols.capability import heats_to, is_ventilated, needs_ventilation
 from labgym.protocols.contents import SEPARATING, STILL, WATER, Situation
 from labgym.protocols.errors import RefusalError
@@ -46,6 +47,8 @@ WATER_INTO_ACID = re.compile(
 )
 WATER_ADDED = re.compile(r"\b(?:add|adding|dilute|diluting|dilution)\b[^.;]{0,60}\bwater\b", re.I)
 CONCENTRATED = frozenset({"oxidizing_acid"})
+DILUTE_PERCENT, DILUTE_MOLARITY = 51.0, 7.3
+"""Strength up to which sulfuric acid is dilute (UN 2796 of the UN Model Regulations); mol/L at 1.40 g/mL."""
 TOXIC_GAS = ("acid_with_toxic_gas_former", "acid_with_hypochlorite", "hypochlorite_with_ammonia_or_amine")
 """Pairs of the segregation rules that give off a toxic gas when they meet."""
 SCRUBBERS = ("GasWashBottle", "ColdTrap")
@@ -109,7 +112,7 @@ def acid_goes_into_water(case: ProtocolCase) -> Iterator[Finding]:
         acids = [
             name
             for name, volume in situation.contents.items()
-            if volume >= 5.0 and _has_group(case.catalog.get(name), CONCENTRATED)
+            if volume >= 5.0 and _has_group(case.catalog.get(name), CONCENTRATED) and not _is_dilute(case, name)
         ]
         watered = WATER in [asset.name for asset in situation.added] or WATER_ADDED.search(step.text)
         onto_water = POURED_ONTO.search(step.text) and not WATER_INTO_ACID.search(step.text)
@@ -216,6 +219,18 @@ def _is_flame(asset: Asset) -> bool:
 
 def _has_statement(asset: Asset, codes: tuple[str, ...]) -> bool:
     return asset.chemistry is not None and not set(codes).isdisjoint(asset.chemistry.h_codes)
+
+
+def _is_dilute(case: ProtocolCase, name: str) -> bool:
+    """Return whether a protocol takes an acid as a dilute solution only."""
+    amounts = [
+        read_amount(part) for use in case.protocol.reagents if use.name == name for part in use.amount.split("; ")
+    ]
+    return bool(amounts) and all(
+        (amount.percent is not None and amount.percent <= DILUTE_PERCENT)
+        or (amount.molarity is not None and amount.molarity <= DILUTE_MOLARITY)
+        for amount in amounts
+    )
 
 
 def _has_group(asset: Asset, groups: frozenset[str]) -> bool:

@@ -359,7 +359,8 @@ class _Stager:
             "oxidizing_acid" in groups_of(self.catalog.get(name)) and role != "workup"
             for name, role in self.roles.items()
         )
-        fits = total <= QUENCH_FILL * (capacity(self.catalog.get(self.vessel)) or 0.0)
+        vessel = self.catalog.get(self.vessel)
+        fits = total <= QUENCH_FILL * (capacity(vessel) or 0.0) and withstands(vessel) is None
         at = _temperature(action)
         cold = at < ROOM_RANGE[0]
         paper = ("PHPaper",) if action.verb == "AdjustPH" else ()
@@ -367,8 +368,7 @@ class _Stager:
         verb = _ph_change(action) or action.verb
         if fits and self.in_flask and not acid:
             gas, bath = self._gas(action), _bath(at) if cold else ("MagneticStirrer",)
-            vessel = (self.vessel,)
-            self._do(action, names, at, verb, vessel=vessel, bath=bath, paper=paper, gas=gas, funnel=cylinder)
+            self._do(action, names, at, verb, vessel=(self.vessel,), bath=bath, paper=paper, gas=gas, funnel=cylinder)
             return
         self.in_flask = False
         if action.verb in ("Pour", "Quench"):
