@@ -175,6 +175,16 @@ def test_a_procedure_that_names_all_amounts_and_a_product_is_complete_with_nothi
             "An amine (5 g), prepared as described in Example 7, is dissolved in acetone (15 mL).",
             [("Dissolve", ["amine 5 g", "acetone 15 mL"])],
         ),
+        (
+            "NaOH (5 mL) was added to an ethanol solution (120 mL) of 3.5 g of phenol.",
+            [("MakeSolution", ["ethanol 120 mL", "phenol 3.5 g"]), ("Add", ["NaOH 5 mL"])],
+        ),
+        ("It was recrystallized (from ethanol/water).", [("Recrystallize", ["ethanol", "water"])]),
+        ("Phenol [8.5 g; boiling point: 182 °C] was added.", [("Add", ["Phenol 8.5 g"])]),
+        (
+            "It was filtered, the filtrate washed with water and dried, the solvent removed.",
+            [("Filter", []), ("Wash", ["water"]), ("DrySolution", []), ("Concentrate", [])],
+        ),
         ("Zinc chloride, 1 mol, was added a drop at a time.", [("Add", ["Zinc chloride 1 mol"])]),
         ("(2S, 4S)-4-phenoxyproline (1 g) was added.", [("Add", ["(2S, 4S)-4-phenoxyproline 1 g"])]),
         (
@@ -273,6 +283,7 @@ def test_each_liquid_of_a_mixture_or_a_list_has_its_own_amount(text: str, amount
         ("The solid (3 g) was used without further purification.", "Yield"),
         ("Bulb-to-bulb distillation (80 °C/0.05 mmHg) afforded anisole (5 g).", "Distill Yield"),
         ("It was passed through a pad of silica gel (10 g).", "Filter"),
+        ("Take up the residue in ether and wash with water.", "Dissolve Wash"),
         ("It was shaken under hydrogen in the presence of PtO2 (0.6 g).", "Add Hydrogenate"),
         ("The phase was covered with ether (50 mL) and adjusted to pH 2 by adding HCl.", "Add AdjustPH"),
         ("The extract was dried by passage through sodium sulfate.", "DrySolution"),
@@ -311,6 +322,8 @@ def test_an_action_list_may_not_claim_a_span_outside_its_text() -> None:
     ("text", "kind", "value"),
     [
         ("1,500 ml", "volume", 1500.0),
+        ("two (2) hours", "time", 120.0),
+        ("ten mmole", "substance", 0.01),
         ("0°-5° C.", "temperature", 2.5),
         ("-5 to +5° C.", "temperature", 0.0),
         ("-78 °C", "temperature", -78.0),

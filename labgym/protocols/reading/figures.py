@@ -41,7 +41,10 @@ _WORDS = {
     "several": 3, "a": 1, "an": 1, "half an": 0.5, "half a": 0.5, "one half": 0.5, "a further": 1, "another": 1,
 }  # fmt: skip
 _N = r"\d{1,3}(?:,\d{3})+(?:\.\d+)?|\d{1,9}(?:\.\d{1,9}|,\d{1,2}(?!\d))?(?:[Ee]-?\d{1,2}\b)?|\.\d{1,6}"
-_BEFORE = r"(?:(?<![A-Za-z0-9_.\[,\u0370-\u03ff-])|(?<=\d m[lLg],)|(?<=\d mmol,)|(?<=\d g,)|(?<=\d[xX]))(?<!\d/)"
+_BEFORE = (
+    r"(?:(?<![A-Za-z0-9_.\[,\u0370-\u03ff-])|(?<=\d m[lLg],)|(?<=\d mmol,)|(?<=\d g,)|(?<=\d[xX])"
+    r"|(?<=\[)(?=\d[\d.,]{0,8} (?:[km]?g|m[lL]|m?mol)\b))(?<!\d/)"
+)
 _UNIT = {
     "mass": r"[Kk]g|mg|μg|ug|gms?|[Gg]rams?|G(?=\.)|grammes?|milligrams?|kilograms?|micrograms?|g|Mg(?=\.? of\b)"
     r"|lbs?|pounds?|oz|ounces?",
@@ -107,6 +110,11 @@ _TIMES = re.compile(
     r" (?:more|additional|further) times|x| [xX](?! ?\d)| ?× ?(?!\d)|"
     r" (?:(?:further|additional) )?(?:\d{1,4} ?m[lL] )?portions))"
     r"(?![A-Za-z])",
+    re.IGNORECASE,
+)
+_TWICE = re.compile(
+    r"(?<![A-Za-z])((?:one|two|three|four|five|six|seven|eight|nine|ten|twelve|fifteen|twenty|thirty|forty|fifty"
+    r"|hundred) )\((\d[\d.,]{0,9})\)(?= )",
     re.IGNORECASE,
 )
 _PH = re.compile(
@@ -181,8 +189,11 @@ class QuantitySpan:
 
 
 def plain(text: str) -> str:
-    """Return a text of the same length with one spelling of each sign, so that spans stay."""
-    return text.translate(_LOOKALIKES)
+    """Return a text of the same length with one spelling of each sign, so that spans stay.
+
+    A number that repeats one in words loses its brackets: "five (5.0) grams".
+    """
+    return _TWICE.sub(lambda match: f"{match[1]} {match[2]} ", text.translate(_LOOKALIKES))
 
 
 def figures(text: str) -> list[QuantitySpan]:
@@ -216,7 +227,8 @@ def _numbered(text: str) -> Iterator[QuantitySpan]:
     while (match := _VALUE.search(text, at)) is not None:
         at = match.end()
         end, high = match.end(), match["high"]
-        unit = _UNIT_AT.match(text, end + (text[end : end + 1] in (" ", "-")))
+        gap = 2 if text[end : end + 2] == "  " else text[end : end + 1] in (" ", "-")
+        unit = _UNIT_AT.match(text, end + gap)
         if unit is None and high is not None:
             # The second number may belong to something else: read the first alone, then go on behind it.
             end = max(match.end("inner"), match.end("power"), match.end("low"))

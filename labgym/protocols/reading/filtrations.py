@@ -48,8 +48,21 @@ def settle_filtrations(draft: ActionDraft) -> None:
         if keep != action.keep:
             assumed = tuple(dict.fromkeys((*action.assumed, "keep")))
             draft.actions[place] = action.model_copy(update={"keep": keep, "assumed": assumed})
+        if keep == "filtrate":
+            _dry_filtrate(draft, place)
         if not is_clear:
             draft.doubt(action.span, _UNCLEAR)
+
+
+def _dry_filtrate(draft: ActionDraft, place: int) -> None:
+    """Let what is washed and dried behind a filtration that keeps the filtrate be dried as a solution."""
+    for k in range(place + 1, len(draft.actions)):
+        action = draft.actions[k]
+        bare = (action.temperature, action.duration, action.pressure, action.atmosphere) == (None,) * 4
+        if action.verb == "DrySolid" and bare:
+            draft.actions[k] = action.model_copy(update={"verb": "DrySolution"})
+        if action.verb not in ("Wash", "Extract", "PhaseSeparation", "CollectLayer"):
+            return
 
 
 def _kept(draft: ActionDraft, place: int) -> tuple[KeptPart, bool]:

@@ -192,7 +192,11 @@ def _goes_on(draft: PhraseDraft, place: int) -> bool:
 
 
 def _bracket(draft: PhraseDraft, place: int, token: Token) -> None:
-    """Read a bracket: an oxidation state, which is a part of the name before it, or anything else."""
+    """Read a bracket: an oxidation state, which is a part of the name before it, a source, or anything else."""
+    if place == 0 and token.inner and token.inner[0].low == "from":
+        draft.open("from", token.start)
+        draft.phrase.substances += [item for part in read_phrases(token.inner) for item in part.substances]
+        return
     state = len(token.inner) == 1 and token.inner[0].low in _STATES
     if state and draft.last is not None and draft.adjacent:
         draft.last.end = token.end

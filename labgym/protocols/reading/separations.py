@@ -42,6 +42,8 @@ _REMOVING = re.compile(
     r",? (?:(?:in order |so as )?to (?:remove|eliminate|clarify)|removing)\b|,? (?:(?:was|were) )?(?:and )?discarded\b"
 )
 """Words behind a filtration that takes a solid away."""
+_SOLVENT_GONE = re.compile(r",? to (?:remove|eliminate) (?:the |most of the )?(?:excess )?(?:solvents?|volatiles?)\b")
+"""Words behind a distillation that leaves the batch."""
 _LIQUIDS = LAYERS | {"fractions", "filtrates", "filtrate", "fraction", "extracts"}
 _PLACES = ("lower", "upper", "bottom", "top")
 _LIQUID_BATCHES = SOLUTIONS | {"oil", "liquid", "supernatant"}
@@ -71,7 +73,8 @@ def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
         if not _is_evaporated(draft, operation, subject):
             return
     note = ""
-    if verb == "Distill" and _is_solvent_distilled(operation):
+    gone = _SOLVENT_GONE.match(draft.plain, operation.span[1]) is not None
+    if verb == "Distill" and (gone or _is_solvent_distilled(operation)):
         verb, note = "Concentrate", _distilled_off(draft, operation)
     if verb in ("Chromatograph", "PhaseSeparation") or (verb == "Purify" and _is_on_a_column(operation)):
         _chromatograph(draft, operation)
@@ -208,6 +211,8 @@ def _dry(draft: ActionDraft, operation: PhrasedOperation) -> None:
         for phrase in with_substances(operation.after, "over", "with", "on", "by", "using", "")
         if phrase.prep or not (set(phrase.nouns) & (LAYERS | EXTRACTS | {"solution"}) or phrase.substances[0].weak)
     ]
+    if operation.head.marker == "after" and not agents and draft.last_verb in ("DrySolution", "DrySolid"):
+        return
     before = lows(operation.clause.before)
     words = before | lows(operation.clause.after)
     heated = any(item.kind in ("temperature", "pressure") for item in operation.conditions)

@@ -23,7 +23,7 @@ _NUMBERED = frozenset((
     "reference", "section", "table", "method", "part", "procedure", "figure", "no.", "no", "vol.", "page",
     "claim", "structure", "number", "product", "ref", "entry", "gave", "give", "afforded", "afford",
     "yielded", "yield", "yields", "affords", "gives", "provide", "whatman", "gel", "fraction", "fractions", "peak",
-    "isomer", "lot", "run", "all", "these", "precursor", "column",
+    "isomer", "lot", "run", "all", "these", "precursor", "column", "sequence", "merck",
 ))  # fmt: skip
 _NUMBER = re.compile(r"^\d{1,6}(?:[.,]\d{1,6})?$")
 _CLASSES = frozenset((
@@ -43,7 +43,7 @@ _CHECKED = MEASURES | CONDITIONS
 _AMOUNT_PARTS = re.compile(r", | of | x ")
 _WAITED = ("evolution", "uptake", "absorption", "generation", "consumption")
 _GASES = frozenset(("hydrogen", "h2"))
-_BARE_UNIT = re.compile(r"^(?:grams?|[km]g|m[lL]|milliliters?|millilitres?|m?mol(?:es?)?)$")
+_BARE_UNIT = re.compile(r"^(?:g|grams?|[km]g|m[lL]|milliliters?|millilitres?|m?mol(?:es?)?)$")
 _SHARES = frozenset((
     "yield", "yield)", "theory", "theoretical", "conversion", "converted", "purity", "pure", "ee", "de", "complete",
     "reaction", "completion", "product",
@@ -143,6 +143,8 @@ def _own_descriptions(draft: ActionDraft, tokens: Sequence[Token], taken: set[st
     for token, following in pairwise(tokens):
         if token.figure is not None and following.low in _COLUMNS:
             draft.own(token.start, token.end, ASIDE)
+        if following.kind == "group" and _is_comment(following):
+            draft.own(following.start, following.end, ASIDE)
         is_column = token.low in ("silica", "gel", "alumina") and following.low in _COLUMNS
         if is_column and any(action.verb == "Chromatograph" for action in draft.actions):
             _own_column(draft, tokens, token)
@@ -150,6 +152,14 @@ def _own_descriptions(draft: ActionDraft, tokens: Sequence[Token], taken: set[st
         abbreviates = len(inner) == 1 and inner[0].kind == "name" and len(inner[0].text) <= MAX_ABBREVIATION
         if following.kind == "group" and abbreviates and draft.owned[token.end - 1]:
             draft.own(inner[0].start, inner[0].end)
+
+
+def _is_comment(group: Token) -> bool:
+    """Return whether a bracket without a figure comments on what stands before it: "(gummy in ether)"."""
+    first, *rest = group.inner or (group,)
+    names = [item for item in rest if item.kind == "name"]
+    comments = first.kind == "word" and not first.low.startswith("prewash") and first.low not in QUALITIES
+    return bool(names) and comments and all(item.figure is None for item in leaves(group.inner))
 
 
 def _bath_start(tokens: Sequence[Token], run: Sequence[Token]) -> int:

@@ -187,6 +187,11 @@ def _solution_noun(draft: PhraseDraft, word: Word) -> bool:
             draft.pending = []
         draft.separate()
         return True
+    ahead = draft.tokens[word.place + 1 : word.place + 3]
+    if draft.last is not None and phrase.solution is None and [item.low for item in ahead] == ["()", "of"]:
+        if not draft.separated and not draft.last.is_measured:
+            draft.last.solvent, phrase.solution = True, word.token
+            return True
     if (word.after == "()" and phrase.solution is None and not phrase.substances) or draft.last is None:
         phrase.nouns.append(word.token.low)
     draft.adjacent = False

@@ -139,7 +139,7 @@ def peroxides_are_tested_for(case: ProtocolCase) -> Iterator[Finding]:
         dry = bool(TO_DRYNESS.search(text)) and not NOT_TO_DRYNESS.search(text)
         pumped = any(asset.family in REDUCED_PRESSURE for asset in situation.devices)
         formers = [asset for name in situation.contents if _forms_peroxides(asset := case.catalog.get(name))]
-        severe = [asset for asset in formers if _forms_peroxides_in_storage(asset)]
+        severe = [asset for asset in formers if forms_peroxides_in_storage(asset)]
         if not formers:
             continue
         name = (severe or formers)[0].name
@@ -157,7 +157,8 @@ def _forms_peroxides(asset: Asset) -> bool:
     return asset.chemistry is not None and asset.chemistry.peroxide_former
 
 
-def _forms_peroxides_in_storage(asset: Asset) -> bool:
+def forms_peroxides_in_storage(asset: Asset) -> bool:
+    """Return whether an ether forms explosive peroxides in its bottle, without concentration."""
     return not PEROXIDES_IN_STORAGE.isdisjoint(form.lower() for form in (asset.name, *asset.synonyms_en))
 
 

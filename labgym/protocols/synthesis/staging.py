@@ -32,7 +32,7 @@ from labgym.protocols.experiments.model import Verb
 from labgym.protocols.experiments.narration import sentence
 from labgym.protocols.model import Protocol
 from labgym.protocols.rules.conditions import AIR_SENSITIVE
-from labgym.protocols.rules.hazards import INERT
+from labgym.protocols.rules.hazards import INERT, forms_peroxides_in_storage
 from labgym.protocols.rules.temperatures import SUPERHEAT_K
 from labgym.protocols.rules.vessels import vapor_pressure
 from labgym.protocols.sizing import fitted
@@ -205,16 +205,14 @@ class _Stager:
     def _make_aside(self, action: Action) -> None:
         """Make a solution that a later action adds: in a separate flask, from which it is transferred."""
         names = self._take_all(action)
-        note = _with_note(action, MADE_ASIDE)
+        note = _with_note(self._under_gas(action, names), MADE_ASIDE)
         self._do(note, names, vessel=("ErlenmeyerFlask",), bath=_bath(action.temperature))
 
     def _act(self, action: Action, following: Action | None) -> None:
         if action.verb in ("Yield", "Transfer", "CollectLayer"):
             return
         names = self._take_all(action)
-        sensitive = any(is_pyrophoric(self.catalog.get(name)) or name in AIR_SENSITIVE for name in names)
-        if sensitive and action.atmosphere is None and not INERT.search(action.note):
-            action = _with_note(action.model_copy(update={"atmosphere": "nitrogen"}), "nitrogen is assumed")
+        action = self._under_gas(action, names)
         if action.part == "solution" and not action.takes:
             action = _with_note(action, ASIDE_ADDED)
         if not self.reacting and action.verb in ("Add", "Dissolve"):
@@ -226,6 +224,13 @@ class _Stager:
             self.solid = kept and (following is None or following.verb != "Dissolve")
         elif action.verb in ("Dissolve", "Extract", "Concentrate", "Add"):
             self.solid = False
+
+    def _under_gas(self, action: Action, names: tuple[str, ...]) -> Action:
+        """Return an action under nitrogen, which is assumed, if it takes what air destroys and names no gas."""
+        sensitive = any(is_pyrophoric(self.catalog.get(name)) or name in AIR_SENSITIVE for name in names)
+        if not sensitive or action.atmosphere is not None or INERT.search(action.note):
+            return action
+        return _with_note(action.model_copy(update={"atmosphere": "nitrogen"}), "nitrogen is assumed")
 
     def _take_all(self, action: Action) -> tuple[str, ...]:
         """List what an action takes, count its liquids, and return the names."""
@@ -381,6 +386,8 @@ class _Stager:
         self._do(action, names, verb="Filter" if self.solid else "Wash", bath=("IceBath",) if cold else ())
 
     def _concentrate(self, action: Action, names: tuple[str, ...]) -> None:
+        if any(forms_peroxides_in_storage(self.catalog.get(use.name)) for use in self.builder.reagents):
+            action = _with_note(action, "test for peroxides first")
         self._do(action, names, _temperature(action))
         self.in_flask = False
 
