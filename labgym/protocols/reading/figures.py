@@ -280,6 +280,8 @@ def _is_label(text: str, unit: re.Match[str]) -> bool:
     if unit.lastgroup not in ("time", "molarity", "mass", "temperature"):
         return False
     following = text[unit.end() : unit.end() + 1]
+    if unit[0] == "d" and text[unit.start() - 1] == "-":
+        return True  # the fusion of rings, "pyrido(2,3-d)pyrimidine"
     return (following == "-" and len(unit[0]) == 1) or (len(unit[0]) == 1 and unit[0] in "CsdN" and following == "=")
 
 

@@ -293,7 +293,7 @@ def _is_useful_noun(at: _Place) -> bool:
         return False
     if before[1:] == ["of", "the"] and before[0] in ("completion", "end", "course", "conclusion"):
         return False
-    if low in ("chromatographic", "concentration") and (at.after == "of" or low == "chromatographic"):
+    if low == "chromatographic" or (low == "concentration" and at.after == "of" and at.marker != "after"):
         return False
     if low == "addition":
         earlier = at.tokens[at.place - 2].low if at.place > 1 else ""

@@ -19,7 +19,7 @@ _REFERS = re.compile(
     r"(?: (?:above|earlier|previously|for|in|by|under|the|preparation|synthesis|of|"
     r"general))* ?(?:part|Part|Example|Ex\.|EXAMPLE|example|Step|step|Preparation|Procedure|procedure|"
     r"Method|method|Scheme|Intermediate|Reference|reference)"
-    r"|according to (?:the )?(?:\w+ )?(?:general )?(?:procedures?|methods?|conditions|process|Example|"
+    r"|[Aa]ccording to (?:the )?(?:\w+ )?(?:general )?(?:procedures?|methods?|conditions|process|Example|"
     r"EXAMPLE|example|protocols?|Scheme|manner)"
     r"|(?:[Aa]nalogous|[Ss]imilar|identical)(?:ly)? (?:procedure |manner |fashion |way )?(?:to|as)\b"
     r"|[Ii]n an? (?:analogous|similar|identical) (?:manner|fashion|way)|[Ii]n the same (?:manner|way|"
@@ -36,7 +36,8 @@ _REFERS = re.compile(
     r"Preparation) [A-Z\d]\w{0,6} (?:was|is) repeated"
     r"|(?:Example|EXAMPLE|Preparation) [A-Z\d]\w{0,6} (?:was|is) repeated"
     r"|in (?:the )?(?:procedure|process|method) of (?:Example|example)|"
-    r"in accordance with (?:the )?(?:process|procedure|method|general|Example))"
+    r"[Ii]n accordance with (?:the )?(?:process|procedure|method|general|Example))"
+    r"|as (?:is |was )?(?:described|reported) (?:in|by) [A-Z]\w{2,20}"
     r"|as described in the (?:preparation|synthesis|procedure) (?:of|for)\b"
 )
 _REFERRED = re.compile(
@@ -66,14 +67,15 @@ _MAKING = frozenset(("prepared", "obtained", "synthesized", "synthesised", "made
 
 def reference(text: str, start: int, end: int) -> re.Match[str] | None:
     """Return where a sentence says that something is made as elsewhere, outside brackets."""
-    match = _REFERS.search(text, start, end)
-    if match is None or not _MADE.search(text, start, end + CUT_DATA):
+    if not _MADE.search(text, start, end + CUT_DATA):
         return None
-    before = text[start : match.start()]
-    if _ORIGIN.search(before) and _GOES_ON.search(text, match.end(), end):
-        return None
-    inside = sum(map(before.count, "([")) > sum(map(before.count, ")]"))
-    return None if inside else match
+    for match in _REFERS.finditer(text, start, end):
+        before = text[start : match.start()]
+        is_origin = _ORIGIN.search(before) is not None and _GOES_ON.search(text, match.end(), end) is not None
+        inside = sum(map(before.count, "([")) > sum(map(before.count, ")]"))
+        if not is_origin and not inside:
+            return match
+    return None
 
 
 def materials(

@@ -42,7 +42,7 @@ _REMOVING = re.compile(
     r",? (?:(?:in order |so as )?to (?:remove|eliminate|clarify)|removing)\b|,? (?:(?:was|were) )?(?:and )?discarded\b"
 )
 """Words behind a filtration that takes a solid away."""
-_SOLVENT_GONE = re.compile(r",? to (?:remove|eliminate) (?:the |most of the )?(?:excess )?(?:solvents?|volatiles?)\b")
+_SOLVENT_GONE = re.compile(r",? to (?:remove|eliminate) (?:the |most of the )?(?:excess )?\w{3,20}\b")
 """Words behind a distillation that leaves the batch."""
 _LIQUIDS = LAYERS | {"fractions", "filtrates", "filtrate", "fraction", "extracts"}
 _PLACES = ("lower", "upper", "bottom", "top")
