@@ -176,7 +176,7 @@ def _shelf_spot(
     cabinet: Asset, asset: Asset, contents: Sequence[Content], most: int, generator: np.random.Generator
 ) -> tuple[int, SurfaceSpot] | None:
     """The first slot with fewer than `most` containers and space for one more, with the spot on it."""
-    corrosive = asset.hazards.corrosive
+    corrosive = asset.hazards.corrosive and asset.phase != "gas"  # a cylinder stands on the floor, its valve is its top
     for slot, surface in enumerate(cabinet.surfaces):
         taken = [content.spot for content in contents if content.slot == slot]
         too_high = surface.z > REAGENT_HEIGHT_M or (corrosive and surface.z + asset.size.height > CORROSIVE_HEIGHT)

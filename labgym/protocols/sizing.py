@@ -224,6 +224,7 @@ class _StepFitter:
         """Return whether the batch stays in the vessel in which it is, in place of a drafted vessel."""
         action = self.situation.step.action
         rests = source.family in RESTING and drafted.family in OPEN_FLASKS and action not in (*CARRYING, *SOLID)
+        rests = rests and not (action == "DryVacuum" and source.family not in OPEN_FLASKS)
         heated = action in HEATED_FILL and action != "Concentrate"
         too_large = heated and (capacity(source) or 0.0) > REACTION_VESSELS.get(source.family, math.inf)
         return (rests or source.family == drafted.family) and self._takes(source) and not too_large

@@ -168,6 +168,26 @@ def test_a_procedure_that_names_all_amounts_and_a_product_is_complete_with_nothi
         ("The oil was separated and purified by column chromatography (hexane).", [("Chromatograph", ["hexane"])]),
         ("1 N-hydrochloric acid (3 mL) was added.", [("Add", ["hydrochloric acid 3 mL of 1 M"])]),
         (
+            "An ester (52 g) was added to a suspension prepared from 14 g of sodium hydride and 130 mL of toluene.",
+            [("Add", ["sodium hydride 14 g", "toluene 130 mL"]), ("Add", ["ester 52 g"])],
+        ),
+        (
+            "An amine (5 g), prepared as described in Example 7, is dissolved in acetone (15 mL).",
+            [("Dissolve", ["amine 5 g", "acetone 15 mL"])],
+        ),
+        (
+            "NaOH (5 mL) was added to an ethanol solution (120 mL) of 3.5 g of phenol.",
+            [("MakeSolution", ["ethanol 120 mL", "phenol 3.5 g"]), ("Add", ["NaOH 5 mL"])],
+        ),
+        ("It was recrystallized (from ethanol/water).", [("Recrystallize", ["ethanol", "water"])]),
+        ("Phenol [8.5 g; boiling point: 182 °C] was added.", [("Add", ["Phenol 8.5 g"])]),
+        (
+            "It was filtered, the filtrate washed with water and dried, the solvent removed.",
+            [("Filter", []), ("Wash", ["water"]), ("DrySolution", []), ("Concentrate", [])],
+        ),
+        ("Zinc chloride, 1 mol, was added a drop at a time.", [("Add", ["Zinc chloride 1 mol"])]),
+        ("(2S, 4S)-4-phenoxyproline (1 g) was added.", [("Add", ["(2S, 4S)-4-phenoxyproline 1 g"])]),
+        (
             "The resulting acid chloride was dissolved in ether (5 mL).",
             [("Dissolve", ["acid chloride", "ether 5 mL"])],
         ),
@@ -196,6 +216,12 @@ def test_unrolled_actions_have_one_period_each() -> None:
         "The title compound was prepared from aniline (1 g) by the procedure described in Example 3.",
         "Following the general procedure A, aniline (1 g) gave the amide (1.2 g).",
         "In a manner analogous to Example 7, Step B, the amine was obtained.",
+        "Following General Procedure B′ above, and using aniline, the title compound was prepared.",
+        "As for Example 8, aniline is coupled to proline.",
+        "The amine (1 g), obtained as described in Example 4, was reacted in a similar manner to that in Example 8.",
+        "According to the same method as Example 1, aniline (1 g) was added to water (5 mL).",
+        "By following essentially the procedure of Example 7, Part B, the amine was prepared from aniline.",
+        "Aniline (1 g) was reacted in accordance with Example 36, yielding the amide.",
         "Aniline (1 g) is heated with acetone (2 g). The procedure described in Example 1 is followed.",
     ],
 )
@@ -257,6 +283,18 @@ def test_each_liquid_of_a_mixture_or_a_list_has_its_own_amount(text: str, amount
         ("To a flask equipped with a stirrer, a trap and a condenser is charged 5 g of phenol.", "Add"),
         ("With rapid stirring 16 g of phenol were added.", "Add"),
         ("The solid (3 g) was used without further purification.", "Yield"),
+        ("Bulb-to-bulb distillation (80 °C/0.05 mmHg) afforded anisole (5 g).", "Distill Yield"),
+        ("It was passed through a pad of silica gel (10 g).", "Filter"),
+        ("It was distilled under reduced pressure to remove toluene.", "Concentrate"),
+        ("After concentration of the filtrate in vacuo, the residue was dried in vacuo.", "Concentrate DrySolid"),
+        ("Take up the residue in ether and wash with water.", "Dissolve Wash"),
+        ("It was shaken under hydrogen in the presence of PtO2 (0.6 g).", "Add Hydrogenate"),
+        ("The phase was covered with ether (50 mL) and adjusted to pH 2 by adding HCl.", "Add AdjustPH"),
+        ("The extract was dried by passage through sodium sulfate.", "DrySolution"),
+        ("After 1 h at 25 °C then 17 h at 5 °C t.l.c. indicated the reaction was complete.", "Wait Monitor"),
+        ("It was then extracted by shaking three times with ether (5 mL).", "Extract"),
+        ("After water was added to the residue, the mixture was filtered.", "Add Filter"),
+        ("The resulting anisole thus obtained was filtered off. Dimethylamine was evolved.", "Filter"),
     ],
 )  # fmt: skip
 def test_an_operation_is_what_the_words_around_it_say(text: str, verbs: str) -> None:
@@ -288,6 +326,8 @@ def test_an_action_list_may_not_claim_a_span_outside_its_text() -> None:
     ("text", "kind", "value"),
     [
         ("1,500 ml", "volume", 1500.0),
+        ("two (2) hours", "time", 120.0),
+        ("ten mmole", "substance", 0.01),
         ("0°-5° C.", "temperature", 2.5),
         ("-5 to +5° C.", "temperature", 0.0),
         ("-78 °C", "temperature", -78.0),
@@ -402,6 +442,8 @@ def test_a_lost_part_or_repeat_lowers_its_own_figure_alone() -> None:
         ("The crystalline product was removed by filtration, washed with methanol and dried.", "precipitate"),
         ("The liquid was decanted and the residue was recrystallized from ethanol.", "precipitate"),
         ("It was dried (Na2SO4), decanted and evaporated.", "filtrate"),
+        ("It was stirred for 3 days and is then filtered, diluted with water and extracted with ether.", "filtrate"),
+        ("It was cooled, filtered from the solid precipitate and concentrated.", "filtrate"),
     ],
 )
 def test_a_filtration_keeps_the_part_that_goes_on(text: str, keep: str) -> None:

@@ -196,3 +196,17 @@ def test_the_parser_reads_names_that_no_table_has_in_one_call() -> None:
     parsed = sources.parsed_structures(names)
     assert canonical(parsed[names[0]]) == canonical("CC(c1ccc(Br)cc1)C(O)CC(C)C")
     assert set(parsed) == {names[0]}  # two substances are not one
+
+
+@pytest.mark.parametrize(
+    ("misprint", "name"),
+    [
+        ("tetrabutylammonium flouride", "tetrabutylammonium fluoride"),
+        ("2-(pyrroldin-1-yl)ethanol", "2-(pyrrolidin-1-yl)ethanol"),
+        ("N,N1 -dicyclohexylcarbodiimide", "N,N'-dicyclohexylcarbodiimide"),
+        ("sodium triacetoxy boron hydride", "sodium triacetoxy borohydride"),
+    ],
+)
+def test_a_misprint_of_one_letter_is_read_after_the_name_as_written(misprint: str, name: str) -> None:
+    assert list(forms(misprint))[:2] == [misprint, name]
+    assert next(forms(name)) == name

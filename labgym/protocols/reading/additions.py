@@ -54,7 +54,7 @@ def _bring(draft: ActionDraft, operation: PhrasedOperation) -> None:
     subject = [
         phrase
         for phrase in before
-        if (phrase.prep == "" or (phrase.prep == "by" and head.passive))
+        if (phrase.prep == "" or (phrase.prep in ("by", "after", "when", "once") and head.passive))
         and (phrase.substances or phrase.solution is not None)
         and phrase not in layered
     ]
@@ -273,6 +273,7 @@ def _repeats(
     if portions > 1:
         return portions
     counts = [item.repeated for item in batch if item.repeated is not None]
+    counts += [token.figure for token in operation.clause.group if token.figure is not None]
     if counts:
         draft.own_all(counts)
         return max(1, int(counts[0].value))

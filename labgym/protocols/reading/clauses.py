@@ -119,7 +119,7 @@ def _start(tokens: Sequence[Token], earlier: Head, later: Head) -> int:
         first = tokens[stop]
         taken = first.kind == "name" or (first.figure is not None and first.figure.is_amount)
         return stop if start == later.first > stop and earlier.low == "cooling" and taken else start
-    if later.low in ("added", "introduced") and _is_elided(tokens, segment, stop, later):
+    if later.low in ("added", "introduced", "obtained") and _is_elided(tokens, segment, stop, later):
         return _passive_start(tokens, segment, stop, later.first)
     own = segment > stop and _is_subject([token for token in tokens[segment : later.first] if token.kind != "mark"])
     return _without_break(tokens, segment if own else max(stop, later.first), stop)

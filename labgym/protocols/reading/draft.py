@@ -32,6 +32,8 @@ _INTERMEDIATES = frozenset((
 _WATERY = frozenset(("organic", "aqueous"))
 _OF_A_PART = frozenset(("Wash", "Extract", "DrySolution", "Concentrate", "Filter", "AdjustPH", "Dissolve"))
 _WORKUP = frozenset(("Quench", "Extract", "Wash", "Filter", "Concentrate", "Pour", "AdjustPH", "Partition"))
+_NOTED = frozenset(("ratio", "percent", "molarity", "volume", "mass"))
+"""Kinds of figures of a mixture or a column that are kept in the note."""
 _PORTIONS = re.compile(r"(\d{1,2}) x ")
 _REPEATED = frozenset(("Concentrate", "Triturate"))
 """Operations that are done once with each portion of what they take, besides those that say so themselves."""
@@ -226,7 +228,7 @@ class ActionDraft:
             elif portions is not None:
                 values.setdefault("repeats", max(1, int(portions[1])))
             self.own_all(counts)
-        shares = {item.start: item for item in ratios if item.kind in ("ratio", "percent", "molarity", "volume")}
+        shares = {item.start: item for item in ratios if item.kind in _NOTED}
         if shares:
             ratio = ", ".join(
                 f"{self.text[item.start : item.end]}{' in all' if item.kind == 'volume' else ''}"
@@ -238,10 +240,14 @@ class ActionDraft:
             values.setdefault("part", part)
         start, end = span
         values["span"] = (start, max(end, start + 1))
-        self.actions.append(Action(**values))
-        for portion in takes:
-            self.roles.setdefault(portion.name, _role(verb, portion, self.actions))
+        self.insert(len(self.actions), Action(**values))
         self.solution_made = verb in ("MakeSolution", "Dissolve")
+
+    def insert(self, place: int, action: Action) -> None:
+        """Insert an action, and note the roles of what it takes."""
+        self.actions.insert(place, action)
+        for portion in action.takes:
+            self.roles.setdefault(portion.name, _role(action.verb, portion, self.actions[: place + 1]))
 
     def act(
         self,

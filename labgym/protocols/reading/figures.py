@@ -41,7 +41,10 @@ _WORDS = {
     "several": 3, "a": 1, "an": 1, "half an": 0.5, "half a": 0.5, "one half": 0.5, "a further": 1, "another": 1,
 }  # fmt: skip
 _N = r"\d{1,3}(?:,\d{3})+(?:\.\d+)?|\d{1,9}(?:\.\d{1,9}|,\d{1,2}(?!\d))?(?:[Ee]-?\d{1,2}\b)?|\.\d{1,6}"
-_BEFORE = r"(?:(?<![A-Za-z0-9_.\[,\u0370-\u03ff-])|(?<=\d m[lLg],)|(?<=\d mmol,)|(?<=\d g,)|(?<=\d[xX]))(?<!\d/)"
+_BEFORE = (
+    r"(?:(?<![A-Za-z0-9_.\[,\u0370-\u03ff-])|(?<=\d m[lLg],)|(?<=\d mmol,)|(?<=\d g,)|(?<=\d[xX])"
+    r"|(?<=\[)(?=\d[\d.,]{0,8} (?:[km]?g|m[lL]|m?mol)\b))(?<!\d/)"
+)
 _UNIT = {
     "mass": r"[Kk]g|mg|μg|ug|gms?|[Gg]rams?|G(?=\.)|grammes?|milligrams?|kilograms?|micrograms?|g|Mg(?=\.? of\b)"
     r"|lbs?|pounds?|oz|ounces?",
@@ -60,7 +63,7 @@ _UNIT = {
     "pressure": r"mbar|bars?|psig?|psia|p\.s\.i\.?|pounds per square inch|"
     r"atm(?:os(?:pheres?)?)?|torr|Torr|mm\.? ?(?:of )?Hg|mm ?hg|kPa|"
     r"MPa|hPa|Pa|kg\.?/cm2|millibar",
-    "other": r"MHz|Hz|rpm|nm|W|kW|eV|mesh|stages|cm-1|cm|mm|mμ|μm?|Å",
+    "other": r"MHz|Hz|rpm|nm|W|kW|eV|mesh|stages|cm-1|cm|mm|mμ|μm?|Å|inch(?:es)?",
 }  # fmt: skip
 _ORDER: tuple[Kind, ...] = (
     "pressure", "equivalents", "substance", "percent", "mass", "volume", "parts", "other", "time", "temperature",
@@ -75,13 +78,13 @@ _VALUE = re.compile(
     rf"(?P<inner> ?°(?: ?C\.?)?)?(?: ?(?:-|to|~) ?{_APPROXIMATE}? ?\+?(?P<neg>-)?(?P<high>{_N}))?"
 )
 _SPOKEN = re.compile(
-    r"(?<![A-Za-z-])(?!a second\b)(?P<word>half an?|one half|an?|(?:a )?few|several|another|a further|one|two|"
-    r"three|four|five|six|seven|"
+    r"(?<![A-Za-z-])(?!a second\b|a drop at a time)(?P<word>half an?|one half|an?|(?:a )?few|several|another|a further|"
+    r"one|two|three|four|five|six|seven|"
     r"eight|nine|ten|eleven|twelve|(?:thir|four|fif|six|seven|eigh|nine)teen|twenty|thirty|forty|fifty|sixty|"
-    r"(?:one|a) hundred)(?: (?:and a half|to (?P<to>two|three|"
+    r"(?:one|a) hundred)(?: (?:and (?:a|one)[- ]half|to (?P<to>two|three|"
     r"four|five|six|ten)|more|additional))?"
     r" (?:(?P<mass>grams?|milligrams?|kilograms?|pounds?)|(?P<volume>drops?|milliliters?|millilitres?|liters?|litres?)|"
-    r"(?P<equivalents>equivalents?|equiv)|(?P<substance>moles?)|(?P<time>hours?|hrs?|minutes?|"
+    r"(?P<equivalents>equivalents?|equiv)|(?P<substance>m?moles?|mmol)|(?P<time>hours?|hrs?|minutes?|"
     r"min|days?|weeks?|seconds?))(?![A-Za-z])",
     re.IGNORECASE,
 )
@@ -109,6 +112,11 @@ _TIMES = re.compile(
     r"(?![A-Za-z])",
     re.IGNORECASE,
 )
+_TWICE = re.compile(
+    r"(?<![A-Za-z])((?:one|two|three|four|five|six|seven|eight|nine|ten|twelve|fifteen|twenty|thirty|forty|fifty"
+    r"|hundred) )\((\d[\d.,]{0,9})\)(?= )",
+    re.IGNORECASE,
+)
 _PH = re.compile(
     r"(?<![A-Za-z])pH(?: (?:of|to|at|value|was|is|kept|maintained|about|approximately|ca\.?|reached|adjusted|"
     r"brought|made|between|then|the (?:reaction )?(?:mixture|solution|solvent|"
@@ -124,7 +132,7 @@ _RATIO = re.compile(
 _NAMED = (
     (
         re.compile(
-            r"\b(?:room[- ]?(?:temperature|temp\b\.?)|ambient(?: temperature| temp\b\.?)?|"
+            r"\b(?:room[- ]?(?:temperature|temp\b\.?)|ambient(?: temperature| temp\b\.?)?(?! pressure)|"
             r"r\.? ?t\b\.?|RT\b|normal temperature)"
         ),
         "temperature",
@@ -181,8 +189,11 @@ class QuantitySpan:
 
 
 def plain(text: str) -> str:
-    """Return a text of the same length with one spelling of each sign, so that spans stay."""
-    return text.translate(_LOOKALIKES)
+    """Return a text of the same length with one spelling of each sign, so that spans stay.
+
+    A number that repeats one in words loses its brackets: "five (5.0) grams".
+    """
+    return _TWICE.sub(lambda match: f"{match[1]} {match[2]} ", text.translate(_LOOKALIKES))
 
 
 def figures(text: str) -> list[QuantitySpan]:
@@ -216,7 +227,8 @@ def _numbered(text: str) -> Iterator[QuantitySpan]:
     while (match := _VALUE.search(text, at)) is not None:
         at = match.end()
         end, high = match.end(), match["high"]
-        unit = _UNIT_AT.match(text, end + (text[end : end + 1] in (" ", "-")))
+        gap = 2 if text[end : end + 2] == "  " else text[end : end + 1] in (" ", "-")
+        unit = _UNIT_AT.match(text, end + gap)
         if unit is None and high is not None:
             # The second number may belong to something else: read the first alone, then go on behind it.
             end = max(match.end("inner"), match.end("power"), match.end("low"))
@@ -268,6 +280,8 @@ def _is_label(text: str, unit: re.Match[str]) -> bool:
     if unit.lastgroup not in ("time", "molarity", "mass", "temperature"):
         return False
     following = text[unit.end() : unit.end() + 1]
+    if unit[0] == "d" and text[unit.start() - 1] == "-":
+        return True  # the fusion of rings, "pyrido(2,3-d)pyrimidine"
     return (following == "-" and len(unit[0]) == 1) or (len(unit[0]) == 1 and unit[0] in "CsdN" and following == "=")
 
 
@@ -341,7 +355,7 @@ def _spoken(text: str) -> Iterator[QuantitySpan]:
         kind = next(name for name in ("mass", "volume", "equivalents", "substance", "time") if match[name])
         word = match["word"].lower()
         value = float(_WORDS[word])
-        value += 0.5 if "and a half" in match[0] else 0.0
+        value += 0.5 if " and " in match[0] else 0.0
         upper = _WORDS[match["to"].lower()] if match["to"] else None
         yield _figure(match.span(), kind, match[kind], value, upper, text, 1)
 

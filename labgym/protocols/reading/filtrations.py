@@ -21,6 +21,11 @@ _THROWN = re.compile(
     r"\b(?:(filtrates?|mother liquors?|supernatant)|(?:solids?|precipitates?|cake|filter-cake))"
     r"(?: (?:was|were|is|are))?(?: then)? (?:discarded|rejected|thrown away|disposed of)\b"
 )
+_CROP = re.compile(
+    r"\b(?:(?:second|third) (?:crop|quantity|batch|portion|amount)|(?:further|additional|another|more)"
+    r"(?: (?:crop|quantity|batch|portion|amount)| (?:of )?(?:the )?(?:solid|product|material|crystals)| \d))"
+)
+"""Words for more of a product, from the mother liquor."""
 _OF_LIQUIDS: frozenset[Verb] = frozenset((
     "Concentrate", "Extract", "Partition", "PhaseSeparation", "CollectLayer", "DrySolution", "AdjustPH", "Distill",
     "Cool",
@@ -43,8 +48,21 @@ def settle_filtrations(draft: ActionDraft) -> None:
         if keep != action.keep:
             assumed = tuple(dict.fromkeys((*action.assumed, "keep")))
             draft.actions[place] = action.model_copy(update={"keep": keep, "assumed": assumed})
+        if keep == "filtrate":
+            _dry_filtrate(draft, place)
         if not is_clear:
             draft.doubt(action.span, _UNCLEAR)
+
+
+def _dry_filtrate(draft: ActionDraft, place: int) -> None:
+    """Let what is washed and dried behind a filtration that keeps the filtrate be dried as a solution."""
+    for k in range(place + 1, len(draft.actions)):
+        action = draft.actions[k]
+        bare = (action.temperature, action.duration, action.pressure, action.atmosphere) == (None,) * 4
+        if action.verb == "DrySolid" and bare:
+            draft.actions[k] = action.model_copy(update={"verb": "DrySolution"})
+        if action.verb not in ("Wash", "Extract", "PhaseSeparation", "CollectLayer"):
+            return
 
 
 def _kept(draft: ActionDraft, place: int) -> tuple[KeptPart, bool]:
@@ -58,7 +76,7 @@ def _kept(draft: ActionDraft, place: int) -> tuple[KeptPart, bool]:
         if thrown is not None and not is_solid_used:
             return ("precipitate" if thrown[1] else "filtrate"), True
         if _FILTRATE.search(f"{words} {inside}"):
-            return ("precipitate", False) if is_solid_used else ("filtrate", True)
+            return ("precipitate", _gives_crop(draft, following)) if is_solid_used else ("filtrate", True)
         if following.verb == "Filter":
             break
         if is_solid_used:
@@ -69,10 +87,26 @@ def _kept(draft: ActionDraft, place: int) -> tuple[KeptPart, bool]:
         part = _used(action, following, words)
         if part == "filtrate":
             return "filtrate", True
+        if part is None and _is_worked_up(draft, following, words):
+            return "filtrate", True
         if part is None:
             return _guessed(action, following, words, washed)
         is_solid_used = True
     return ("filtrate" if action.keep == "filtrate" and not is_solid_used else "precipitate"), True
+
+
+def _gives_crop(draft: ActionDraft, following: Action) -> bool:
+    """Return whether a filtrate gives more of a product whose first part was filtered off."""
+    start = 0 if following.span is None else following.span[0]
+    return _CROP.search(draft.plain, max(0, start - 120), start + 300) is not None
+
+
+def _is_worked_up(draft: ActionDraft, following: Action, words: str) -> bool:
+    """Return whether a sentence goes on with the liquid: "filtered, diluted with water and extracted"."""
+    place = next(k for k, item in enumerate(draft.actions) if item is following)
+    later = draft.actions[place + 1].verb if place + 1 < len(draft.actions) else ""
+    joined = words.strip(" ,") in ("", "and", "then", "and then")
+    return joined and following.verb in ("Add", "AdjustPH") and later in ("Extract", "Partition", "PhaseSeparation")
 
 
 def _used(action: Action, following: Action, words: str) -> KeptPart | None:

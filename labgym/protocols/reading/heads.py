@@ -52,6 +52,9 @@ _HOLDING_NOUNS = frozenset(
 )
 
 _PARTICIPLES = ("ed", "ing", "en", "ept", "eft", "eld", "ought", "ood", "ook", "ven", "ave", "ied", "put")
+_PADS = frozenset((
+    "pad", "plug", "bed", "silica", "celite", "celite®", "alumina", "filter", "frit", "cotton", "norite", "florisil",
+))  # fmt: skip
 _STANDS = frozenset(("stand", "stands", "standing"))
 _NOUN_PARTNERS = frozenset((
     "was", "is", "process", "were", "apparatus", "flask", "column", "funnel", "step", "time", "rate", "solvent",
@@ -110,6 +113,9 @@ def heads(tokens: Sequence[Token]) -> list[Head]:
         ):
             continue
         if last is not None and last.word.verb == "Purge" and head.marker == "by":
+            continue
+        if last is not None and last.word.verb in ("Extract", "Wash") and head.low == "shaking" and head.marker == "by":
+            found[-1] = replace(last, last=head.place)
             continue
         if last is not None and last.low == "separated" and head.low == "purified" and head.place == last.place + 2:
             found[-1] = replace(head, first=last.first, passive=last.passive)
@@ -223,7 +229,7 @@ def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
     ed = token.low.endswith(_PARTICIPLES) and token.low != "yield"
     if (_is_adjective(at, token.verb) if ed else _is_noun(at)) and not _gives(at):
         return None
-    return at.head(token.verb, place + 1 if token.low == "taken" and at.after == "up" else None)
+    return at.head(token.verb, place + 1 if token.low in ("take", "taken") and at.after == "up" else None)
 
 
 def _special(at: _Place) -> Head | None:
@@ -241,6 +247,11 @@ def _special(at: _Place) -> Head | None:
             return None
         add = VerbWord("Add", "theme")
         return Head(at.place, at.place, add, "followed by", False, "followed", at.place + 1)
+    if token.low in ("pass", "passed", "passing") and at.after in ("through", "over"):
+        ahead = {item.low for item in rest[1:7]}
+        if ahead & {"column", "cartridge"}:
+            return at.head(VerbWord("Chromatograph", "over"))
+        return at.head(VerbWord("Filter", "over")) if ahead & _PADS else None
     if token.low in ("leaving", "leave", "left") and not at.passive and _leaves(at):
         return at.head(VerbWord("Yield", "result"))
     figure = token.figure
@@ -282,7 +293,7 @@ def _is_useful_noun(at: _Place) -> bool:
         return False
     if before[1:] == ["of", "the"] and before[0] in ("completion", "end", "course", "conclusion"):
         return False
-    if low in ("chromatographic", "concentration") and (at.after == "of" or low == "chromatographic"):
+    if low == "chromatographic" or (low == "concentration" and at.after == "of" and at.marker != "after"):
         return False
     if low == "addition":
         earlier = at.tokens[at.place - 2].low if at.place > 1 else ""
@@ -292,12 +303,21 @@ def _is_useful_noun(at: _Place) -> bool:
         return begun or at.previous in ("the", "dropwise", "slow") or (at.place == 0 and at.after == "of")
     near = [item.low for item in at.tokens[max(0, at.place - 5) : at.place]]
     return (
-        any(word in ("by", "via", "through") for word in near)
+        _gives_product(at)
+        or any(word in ("by", "via", "through") for word in near)
         or at.marker in ("by", "after", "upon", "on", "following", "through", "via", "before", "to")
         or at.place == 0
         or at.previous in _NOUN_QUALIFIERS
         or at.after == "of"
     )
+
+
+def _gives_product(at: _Place) -> bool:
+    """Return whether a noun is the subject of a result: "bulb-to-bulb distillation (80 C) afforded"."""
+    for item in at.tokens[at.place + 1 : at.place + 12]:
+        if item.kind == "verb" or item.text == "," or item.low in AUXILIARIES:
+            return item.verb is not None and item.verb.verb == "Yield" and not item.low.endswith("ing")
+    return False
 
 
 def _is_idle(at: _Place) -> bool:
@@ -308,7 +328,10 @@ def _is_idle(at: _Place) -> bool:
     return (
         (low in ("dry", "combine", "separate") and (named or batch) and not (at.place == 0 and low != "dry"))
         or (low == "provided" and at.after == "with")
-        or (low.startswith("pass") and at.after not in ("into", "in"))
+        or (low.startswith("weigh") and at.passive)
+        or (low == "take" and at.after != "up")
+        or (low in ("absorbed", "adsorbed") and at.after not in ("on", "onto", "in", "into"))
+        or (low.startswith("pass") and at.after not in ("into", "in", "through"))
         or low in ("sealed", "seal", "fitted", "equipped", "sealing", "prepared")
         or (low in ("boiling", "boil", "boils") and not at.passive)
         or (low in _STANDS and at.marker not in ("to", "on", "upon", "after", "for") and at.previous != "and")
@@ -376,6 +399,8 @@ def _is_adjective(at: _Place, word: VerbWord) -> bool:
     """Return whether a participle belongs to the noun after it: "the combined organic layers"."""
     following = at.following
     if at.passive or following is None:
+        return False
+    if at.place == 0 and following.kind != "word" and not any(item.low in AUXILIARIES for item in at.tokens):
         return False
     noun = (
         following.kind == "name"

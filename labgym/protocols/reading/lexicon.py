@@ -156,7 +156,7 @@ def names_substance(word: str) -> bool:
     if len(word) > 400 or not any(map(str.isalnum, word)):
         return False
     word = _OXIDATION.sub("", word)
-    lower = word.lower().rstrip(".,;:")
+    lower = word.lower().rstrip(".,;:™®")
     if lower in SUBSTANCES:
         return True
     if lower in _STOPS or lower in BATCH or lower in SOLUTIONS or verb_word(lower) is not None:

@@ -358,7 +358,7 @@ def _settle(phrase: TextPhrase) -> None:
     if "volume" in kinds:
         _move(solvent, solute, ("substance", "equivalents"))
         kinds = {figure.kind for figure in solute.amounts}
-    if (phrase.solution is not None or "molarity" in kinds) and not kinds & {"mass", "substance"}:
+    if (phrase.solution is not None or "molarity" in kinds) and not kinds & {"mass", "substance", "volume"}:
         _move(solvent, solute, ("volume",))
 
 

@@ -24,7 +24,7 @@ _LISTING = frozenset(
 """Prepositions behind which a list of substances may follow."""
 _STATES = frozenset(("0", "i", "ii", "iii", "iv", "vi"))
 """Oxidation states in brackets, which are parts of names: "palladium (II) acetate"."""
-_STATIONARY = frozenset(("silica", "silica gel", "sio2", "alumina", "al2o3", "celite"))
+STATIONARY = frozenset(("silica", "silica gel", "sio2", "alumina", "al2o3", "celite"))
 
 
 def read_phrases(tokens: Sequence[Token], is_result: bool = False) -> list[TextPhrase]:
@@ -95,9 +95,11 @@ def _is_vessel(draft: PhraseDraft, place: int) -> bool:
 
 def _attaches_back(draft: PhraseDraft, place: int) -> bool:
     """Return whether an amount belongs to the name before it: "n-BuLi 2.5 M in hexane"."""
+    following = next((token for token in draft.tokens[place + 1 : place + 3] if token.low != "."), None)
+    if draft.last is not None and not draft.last.amounts and not draft.pending and draft.tokens[place - 1].text == ",":
+        return following is None or following.text == ","
     if draft.last is None or draft.separated or not draft.adjacent:
         return False
-    following = next((token for token in draft.tokens[place + 1 : place + 3] if token.low != "."), None)
     if following is None:
         return True
     return not (following.kind == "name" or following.low in ("of", "aqueous") or following.low in SOLUTIONS)
@@ -190,7 +192,11 @@ def _goes_on(draft: PhraseDraft, place: int) -> bool:
 
 
 def _bracket(draft: PhraseDraft, place: int, token: Token) -> None:
-    """Read a bracket: an oxidation state, which is a part of the name before it, or anything else."""
+    """Read a bracket: an oxidation state, which is a part of the name before it, a source, or anything else."""
+    if place == 0 and token.inner and token.inner[0].low == "from":
+        draft.open("from", token.start)
+        draft.phrase.substances += [item for part in read_phrases(token.inner) for item in part.substances]
+        return
     state = len(token.inner) == 1 and token.inner[0].low in _STATES
     if state and draft.last is not None and draft.adjacent:
         draft.last.end = token.end
@@ -243,7 +249,7 @@ def _is_remark(inner: Sequence[Token], is_measured: bool) -> bool:
 def _stands_alone(draft: PhraseDraft, last: SubstanceMention, has_amounts: bool) -> bool:
     """Return whether the names in a bracket are further substances: eluents after silica gel, a drying agent."""
     named = " ".join(token.low for token in draft.tokens if last.start <= token.start and token.end <= last.end)
-    return named in _STATIONARY or (not has_amounts and not last.is_measured and last.weak)
+    return named in STATIONARY or (not has_amounts and not last.is_measured and last.weak)
 
 
 def _free_group(draft: PhraseDraft, inner: Sequence[Token], names: bool, amounts: list[QuantitySpan]) -> None:

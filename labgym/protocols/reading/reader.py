@@ -7,17 +7,26 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 from labgym.errors import OptionError
-from labgym.protocols.experiments.model import Action
+from labgym.protocols.experiments.model import Action, Verb
 from labgym.protocols.reading.actions import MAX_TEXT, ActionList, Outcome, Unread
 from labgym.protocols.reading.additions import add, crystallize, dissolve, partition, pour, treat
 from labgym.protocols.reading.clauses import VerbClause, clauses, is_state
-from labgym.protocols.reading.draft import ASIDE, EXTRACTS, LAYERS, ActionDraft, PhrasedOperation, lows, substances
+from labgym.protocols.reading.draft import (
+    ASIDE,
+    EXTRACTS,
+    LAYERS,
+    ActionDraft,
+    PhrasedOperation,
+    conditions,
+    lows,
+    substances,
+)
 from labgym.protocols.reading.figures import figures, plain
 from labgym.protocols.reading.filtrations import settle_filtrations
 from labgym.protocols.reading.holding import hold, is_adjusted, wait
 from labgym.protocols.reading.lexicon import MANNERS, SOLUTIONS, VESSELS, Frame
 from labgym.protocols.reading.mentions import SubstanceMention
-from labgym.protocols.reading.phrases import read_phrases
+from labgym.protocols.reading.phrases import STATIONARY, read_phrases
 from labgym.protocols.reading.references import materials, product, refer, reference
 from labgym.protocols.reading.results import complete, give, give_alone
 from labgym.protocols.reading.separations import clear, over
@@ -39,6 +48,23 @@ _ISOLATING = frozenset((
     "Sublime", "Triturate",
 ))  # fmt: skip
 """Operations with which a procedure may end: they leave a product."""
+_FILLED: frozenset[Verb] = frozenset((
+    "Add", "AdjustPH", "Cool", "Dissolve", "Heat", "Hydrogenate", "Irradiate", "MakeSolution", "Microwave", "Quench",
+    "Reflux", "SetTemperature", "Stir", "Transfer", "Wait",
+))  # fmt: skip
+"""Operations next to which an amount is of something that goes into the vessel."""
+_TAKING: frozenset[Verb] = frozenset(("Dissolve", "DrySolution", "Extract", "Recrystallize", "Triturate", "Wash"))
+"""Operations that need a substance."""
+_GAINED = frozenset((
+    "yield", "obtained", "product", "crude", "pure", "weighed", "weighing", "theory", "residual", "removed", "formed",
+    "absorbed", "absorption", "uptake", "observed", "consumed", "eluted", "elutes", "collected", "precipitated",
+    "separated", "recovered", "isolated",
+))  # fmt: skip
+"""Words of clauses in which an amount may be of a product."""
+SHORTEST_HOLD_MIN = 0.5
+"""Shortest period of a sentence without an operation, minutes; what is shorter is a peak of a spectrum ("3.4 s")."""
+_LASTING = frozenset(("after", "for", "run", "performed", "carried", "conducted", "reaction", "within"))
+"""Words of a sentence without an operation that tells how long something is held."""
 _PREPARED = frozenset(("prepared", "made", "synthesized", "synthesised"))
 _SPECTRUM = re.compile(r"[-+]?\d+(?:\.\d+)?(?:-\d+(?:\.\d+)?)? ?\(")
 """Peaks with which data go on: "3.99 (s, 3H)"."""
@@ -150,6 +176,7 @@ def _read_operations(
     start, end = place
     if not parts:
         give_alone(draft, tokens)
+        _hold_alone(draft, tokens)
     watched = _MONITOR.search(draft.plain, start, end)
     early = watched is not None and bool(parts) and watched.start() < draft.found(parts[0])[0]
     if watched is not None and early:
@@ -178,20 +205,37 @@ def _read_operations(
         draft.emit("Monitor", watched.span())
 
 
+def _hold_alone(draft: ActionDraft, tokens: Sequence[Token]) -> None:
+    """Append the period that a sentence without an operation tells: "After 1 h at 25 C then 17 h at 5 C: complete"."""
+    held = conditions(read_phrases(tokens))
+    lasts = any(item.kind == "time" and item.value >= SHORTEST_HOLD_MIN for item in held)
+    if draft.actions and lasts and lows(tokens) & _LASTING:
+        gas = next((token for token in tokens if token.low in ("hydrogen", "h2")), None)
+        span = (held[0].start, held[-1].end)
+        if gas is None:
+            draft.emit("Wait", span, held=held, assumed=("verb",))
+        else:
+            taken = draft.portion(SubstanceMention(gas.start, gas.end))
+            draft.emit("Hydrogenate", span, [taken], held, assumed=("verb",))
+
+
 def _own_prepared(draft: ActionDraft, tokens: Sequence[Token], operates: bool) -> None:
     """Own the product that a sentence begins with: "B was prepared in 80% yield by treating A with C".
 
     Without an operation its materials are combined: "B was prepared from A (1 g) and C (2 g)".
     """
     place = next((k for k, token in enumerate(tokens[:12]) if token.low in _PREPARED), None)
-    if place is None or tokens[place - 1].low not in ("was", "is", "were") or lows(tokens[:place]) & {"solution"}:
+    if place is None or tokens[place - 1].low not in ("was", "is", "were"):
         return
-    for item in substances(read_phrases(tokens[:place], True)[:1]):
+    subject = substances(read_phrases(tokens[:place], True)[:1])
+    for item in subject:
         if not item.is_measured:
             draft.own(item.start, item.end)
-            draft.product = draft.product or draft.text[item.start : item.end]
-    used = substances(read_phrases(tokens[place + 1 :])) if not operates else []
-    if any(item.is_measured for item in used):
+            if not lows(tokens[:place]) & SOLUTIONS:
+                draft.product = draft.product or draft.text[item.start : item.end]
+    used = [item for item in subject if item.is_measured]
+    used += substances(read_phrases(tokens[place + 1 :]))
+    if not operates and any(item.is_measured for item in used):
         draft.put("Add", used)
     near = tokens[place + 1 : place + 7]
     if "yield" in lows(near):
@@ -225,7 +269,7 @@ def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:
     for phrase in operation.phrases:
         for remark in phrase.remarks:
             draft.own(*remark)
-    nouns = {noun for phrase in before for noun in phrase.nouns} - VESSELS
+    nouns = {noun for phrase in before if VESSELS.isdisjoint(phrase.nouns) for noun in phrase.nouns}
     made = head.marker in ("by", "via", "through")
     if is_first and not draft.actions and nouns and not substances(before) and not made:
         draft.started_with_batch = True
@@ -240,12 +284,40 @@ def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:
     if _is_intended(draft, operation, is_first):
         return
     draft.manners = lows(clause.group) & MANNERS.keys()
-    weighed = [item for item in substances(before) if item.is_measured]
+    begin = len(draft.actions)
+    weighed = [item for item in substances(before) or substances(after[:1]) if item.is_measured]
     if head.low == "collected" and any(not item.weak or "product" in _text(draft, item) for item in weighed):
         give(draft, operation)
     else:
         _FRAMES.get(head.word.frame, hold)(draft, operation)
+        _add_rest(draft, operation, begin)
     draft.manners = set()
+
+
+def _add_rest(draft: ActionDraft, operation: PhrasedOperation, begin: int) -> None:
+    """Let an operation take substances that it names and that no rule gives to it, which is assumed.
+
+    What is measured is added before it: "in the presence of PtO2 (0.6 g)", "a suspension prepared from 14 g of NaH". An
+    operation that takes nothing takes what stands behind a preposition: "dried by passage through sodium sulfate".
+
+    Args:
+        draft: grows.
+        operation: has been read.
+        begin: place of its first action.
+    """
+    tokens = (*operation.clause.before, *operation.clause.group, *operation.clause.after)
+    rest = [item for item in substances(operation.phrases) if not draft.owned[item.start]]
+    measured = [item for item in rest if item.is_measured and _text(draft, item).split()[0] not in STATIONARY]
+    named = [item for phrase in operation.after if phrase.prep for item in phrase.substances if item in rest]
+    if operation.verb in _FILLED and measured and not lows(tokens) & _GAINED:
+        takes = tuple(draft.portion(item) for item in measured)[:30]
+        span = (measured[0].start, measured[-1].end)
+        draft.insert(begin, Action(verb="Add", takes=takes, span=span, assumed=("verb",)))
+    elif operation.verb in _TAKING and named and len(draft.actions) > begin and not draft.actions[-1].takes:
+        takes = tuple(draft.portion(item) for item in named)[:30]
+        assumed = (*draft.actions[-1].assumed, "takes")
+        taking = draft.actions.pop().model_copy(update={"takes": takes, "assumed": assumed})
+        draft.insert(len(draft.actions), taking)
 
 
 def _text(draft: ActionDraft, item: SubstanceMention) -> str:

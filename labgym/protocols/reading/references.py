@@ -15,26 +15,30 @@ from labgym.protocols.reading.tokens import Token
 
 _REFERS = re.compile(
     r"\b(?:(?:as|that|those|conditions|procedures?|methods?|manner|way|process|"
-    r"steps?) (?:described|set forth|set out|given|outlined|indicated|used|reported|in)"
+    r"steps?) (?:described|set forth|set out|given|outlined|detailed|indicated|used|reported|in)"
     r"(?: (?:above|earlier|previously|for|in|by|under|the|preparation|synthesis|of|"
     r"general))* ?(?:part|Part|Example|Ex\.|EXAMPLE|example|Step|step|Preparation|Procedure|procedure|"
     r"Method|method|Scheme|Intermediate|Reference|reference)"
-    r"|according to (?:the )?(?:\w+ )?(?:general )?(?:procedures?|methods?|process|Example|"
+    r"|[Aa]ccording to (?:the )?(?:\w+ )?(?:general )?(?:procedures?|methods?|conditions|process|Example|"
     r"EXAMPLE|example|protocols?|Scheme|manner)"
     r"|(?:[Aa]nalogous|[Ss]imilar|identical)(?:ly)? (?:procedure |manner |fashion |way )?(?:to|as)\b"
-    r"|in an? (?:analogous|similar|identical) (?:manner|fashion|way)|in the same (?:manner|way|"
-    r"fashion) (?:as|of)|in a manner (?:analogous|similar|identical)"
-    r"|(?:[Ff]ollowing|[Bb]y|[Uu]sing|[Uu]nder|from) (?:the |"
+    r"|[Ii]n an? (?:analogous|similar|identical) (?:manner|fashion|way)|[Ii]n the same (?:manner|way|"
+    r"fashion) (?:as|of)|[Ii]n a manner (?:analogous|similar|identical)"
+    r"|^As (?:for|in) (?:Example|Step|Preparation)|(?:made|prepared|synthesi[sz]ed) as above\b"
+    r"|(?:[Ff]ollowing|[Bb]y|[Uu]sing|[Uu]nder|from) "
+    r"(?!(?:\w+ ){0,2}conditions for)(?:essentially )?(?:the |"
     r"a )?(?:\w+ )?(?:general )?(?:procedures?|methods?|conditions|process) (?:of|in|described|"
-    r"as|from|outlined|above|given|similar|analogous|for|that)"
-    r"|(?:general|standard) (?:procedure|method)s? [A-Z\d]\b|"
+    r"as|detailed|from|outlined|above|given|similar|analogous|for|that)"
+    r"|(?:[Gg]eneral|[Ss]tandard) (?:[Pp]rocedure|[Mm]ethod)s? [A-Z\d]\b|"
     r"by (?:the )?(?:general )?(?:procedure|method|Procedure|Method) [A-Z\d]|"
     r"Prepared by Procedure"
     r"|(?:procedure|method|process|reaction|preparation|synthesis) (?:of|in) (?:Example|EXAMPLE|example|Step|"
     r"Preparation) [A-Z\d]\w{0,6} (?:was|is) repeated"
     r"|(?:Example|EXAMPLE|Preparation) [A-Z\d]\w{0,6} (?:was|is) repeated"
     r"|in (?:the )?(?:procedure|process|method) of (?:Example|example)|"
-    r"in accordance with (?:the )?(?:process|procedure|method|general))"
+    r"[Ii]n accordance with (?:the )?(?:process|procedure|method|general|Example))"
+    r"|as (?:is |was )?(?:described|reported) (?:in|by) [A-Z]\w{2,20}"
+    r"|as described in the (?:preparation|synthesis|procedure) (?:of|for)\b"
 )
 _REFERRED = re.compile(
     r"(?:Example|EXAMPLE|Ex\.|example|Step|Preparation|Procedure|Method|Scheme|"
@@ -44,9 +48,18 @@ _MADE = re.compile(
     r"\b(?:prepared?|Following|followed|added|obtained|synthesi[sz]ed|made|produced|converted|carried out|"
     r"reacted|performed|gave|yielded|treated|isolated|substituting|repeated|purified|working up|"
     r"methylated|oxidi[sz]ed|condensation|affords|"
-    r"worked up|conducted|given|afforded|get|substituted|Reaction)\b",
+    r"worked up|conducted|given|gives|afforded|get|substituted|interacted|coupled|react|reacting|leads|"
+    r"provide[sd]|alkylated|hydrogenated|hydroly[sz]ed|"
+    r"Reaction)\b",
     re.IGNORECASE,
 )
+_ORIGIN = re.compile(
+    r"(?<!was )(?<!were )(?<!is )(?<!are )(?<!be )(?<=\S )(?:prepared|obtained|synthesi[sz]ed|produced|made) $"
+)
+_GOES_ON = re.compile(r"\b(?:was|were|is|are)\b")
+"""A sentence goes on behind the words on where its material came from: "X, prepared as in Example 1, was heated"."""
+CUT_DATA = 120
+"""Characters behind a sentence that is cut at its data in which its verb may stand."""
 _SOURCES = frozenset(("from", "with", "using", "substituting", "of", "and"))
 """Prepositions before the materials of a procedure that is repeated."""
 _MAKING = frozenset(("prepared", "obtained", "synthesized", "synthesised", "made"))
@@ -54,12 +67,15 @@ _MAKING = frozenset(("prepared", "obtained", "synthesized", "synthesised", "made
 
 def reference(text: str, start: int, end: int) -> re.Match[str] | None:
     """Return where a sentence says that something is made as elsewhere, outside brackets."""
-    match = _REFERS.search(text, start, end)
-    if match is None or not _MADE.search(text, start, end):
+    if not _MADE.search(text, start, end + CUT_DATA):
         return None
-    before = text[start : match.start()]
-    inside = sum(map(before.count, "([")) > sum(map(before.count, ")]"))
-    return None if inside else match
+    for match in _REFERS.finditer(text, start, end):
+        before = text[start : match.start()]
+        is_origin = _ORIGIN.search(before) is not None and _GOES_ON.search(text, match.end(), end) is not None
+        inside = sum(map(before.count, "([")) > sum(map(before.count, ")]"))
+        if not is_origin and not inside:
+            return match
+    return None
 
 
 def materials(

@@ -20,6 +20,10 @@ _UNFINISHED = frozenset((
     "precipitate", "residue", "suspension", "slurry", "solution", "mixture", "phase", "layer", "layers",
 ))  # fmt: skip
 """What an operation leaves that is no product by itself."""
+_BEFORE_RESULTS = frozenset((
+    "Chromatograph", "Concentrate", "Crystallize", "Distill", "DrySolid", "Filter", "Recrystallize", "Sublime",
+))  # fmt: skip
+"""Operations behind which a mass with a name is that of their product."""
 _LABELS = frozenset((
     "product", "compound", "products", "material", "oil", "solid", "crystals", "powder", "foam", "residue",
 ))  # fmt: skip
@@ -31,7 +35,7 @@ def give(draft: ActionDraft, operation: PhrasedOperation) -> None:
     head, clause = operation.head, operation.clause
     behind = [item for phrase in operation.after[:1] if not phrase.prep for item in phrase.substances]
     is_inverted = not substances(operation.before) and any(item.is_measured for item in behind)
-    is_before = head.passive and not is_inverted and [token.low for token in clause.before[:1]] != ["there"]
+    is_before = head.passive and not is_inverted and "there" not in lows(clause.before[-1:])
     source, tokens = (operation.before, clause.before) if is_before else (operation.after, clause.after)
     others = operation.after if is_before else []
     phrases = [*source, *others]
@@ -80,7 +84,9 @@ def give_alone(draft: ActionDraft, tokens: Sequence[Token]) -> None:
     for item in subject.substances:
         kinds = {value.kind for value in item.amounts}
         if kinds & {"mass", "percent"}:
-            named = {"product", "residue"} & set(subject.nouns) or "used" in lows(tokens)
+            named = draft.last_verb in _BEFORE_RESULTS and len(subject.substances) == 1
+            named = named or not {"product", "residue"}.isdisjoint(subject.nouns)
+            named = named or not {"used", "form", "melting"}.isdisjoint(lows(tokens))
             if item.weak or named or {"mass", "percent"} <= kinds:
                 draft.emit("Yield", (item.start, item.end), gives=(draft.yielded(item),))
             return

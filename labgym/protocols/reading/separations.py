@@ -42,6 +42,8 @@ _REMOVING = re.compile(
     r",? (?:(?:in order |so as )?to (?:remove|eliminate|clarify)|removing)\b|,? (?:(?:was|were) )?(?:and )?discarded\b"
 )
 """Words behind a filtration that takes a solid away."""
+_SOLVENT_GONE = re.compile(r",? to (?:remove|eliminate) (?:the |most of the )?(?:excess )?\w{3,20}\b")
+"""Words behind a distillation that leaves the batch."""
 _LIQUIDS = LAYERS | {"fractions", "filtrates", "filtrate", "fraction", "extracts"}
 _PLACES = ("lower", "upper", "bottom", "top")
 _LIQUID_BATCHES = SOLUTIONS | {"oil", "liquid", "supernatant"}
@@ -71,7 +73,8 @@ def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
         if not _is_evaporated(draft, operation, subject):
             return
     note = ""
-    if verb == "Distill" and _is_solvent_distilled(operation):
+    gone = _SOLVENT_GONE.match(draft.plain, operation.span[1]) is not None
+    if verb == "Distill" and (gone or _is_solvent_distilled(operation)):
         verb, note = "Concentrate", _distilled_off(draft, operation)
     if verb in ("Chromatograph", "PhaseSeparation") or (verb == "Purify" and _is_on_a_column(operation)):
         _chromatograph(draft, operation)
@@ -168,7 +171,7 @@ def collect(draft: ActionDraft, operation: PhrasedOperation) -> None:
         kept, is_named = _decanted(draft, near)
         draft.last_solid = kept == "precipitate"
         draft.act("Filter", operation, keep=kept, note="decant", assumed=() if is_named else ("keep",))
-    elif near & SOLID or "crystal" in near:
+    elif near & (SOLID | {"crystal", "product"}):
         _filter(draft, operation)
     elif near & _LIQUID_BATCHES:
         draft.act("CollectLayer" if layer else "PhaseSeparation", operation, part=None, keep=layer)
@@ -208,6 +211,8 @@ def _dry(draft: ActionDraft, operation: PhrasedOperation) -> None:
         for phrase in with_substances(operation.after, "over", "with", "on", "by", "using", "")
         if phrase.prep or not (set(phrase.nouns) & (LAYERS | EXTRACTS | {"solution"}) or phrase.substances[0].weak)
     ]
+    if operation.head.marker == "after" and not agents and draft.last_verb in ("DrySolution", "DrySolid"):
+        return
     before = lows(operation.clause.before)
     words = before | lows(operation.clause.after)
     heated = any(item.kind in ("temperature", "pressure") for item in operation.conditions)
@@ -243,7 +248,10 @@ def _filter(draft: ActionDraft, operation: PhrasedOperation) -> None:
     solid = (is_product or bool(subject & (SOLID | {"crystals"}))) and not subject & _UNDISSOLVED and not is_unwanted
     cleared = (is_unwanted or bool(aids) or draft.last_verb == "DrySolution") and not is_collected and not solid
     draft.own_names([phrase for phrase in operation.phrases if phrase not in aids])
-    is_solution = "solution" in lows(clause.before) and not (solid or is_collected or is_unwanted)
+    behind = [token.low for token in clause.after[:2]]
+    is_freed = "from" in behind and bool(subject & SOLID)
+    is_unwanted, solid = is_unwanted or is_freed, solid and not is_freed
+    is_solution = ("solution" in lows(clause.before) or is_freed) and not (solid or is_collected or is_unwanted)
     cleared = cleared or is_solution
     is_named = solid or is_solution or (is_collected and not cleared)
     draft.last_solid = not cleared
@@ -284,10 +292,14 @@ def _chromatograph(draft: ActionDraft, operation: PhrasedOperation) -> None:
             ratios += [value for value in item.amounts if value.kind == "percent"]
             item.amounts = [value for value in item.amounts if value.kind != "percent"]
     takes = draft.portions(used)
-    draft.own_all(item for phrase in phrases for item in phrase.loose)
+    ratios += [item for phrase in phrases for item in phrase.loose]
     if draft.last_verb == "Chromatograph" and head.low.startswith("elut"):
         last = draft.actions[-1]
-        more = tuple(portion for portion in takes if portion.name not in {old.name for old in last.takes})
-        draft.actions[-1] = last.model_copy(update={"takes": (*last.takes, *more)[:30]})
+        known = {(old.name, old.amount) for old in last.takes} | {(old.name, "") for old in last.takes}
+        takes = [*last.takes, *(portion for portion in takes if (portion.name, portion.amount) not in known)]
+        draft.own_all(ratios)
+        said = ", ".join(dict.fromkeys(draft.text[item.start : item.end] for item in ratios))
+        note = "; ".join(filter(None, (last.note, said)))[:400]
+        draft.actions[-1] = last.model_copy(update={"takes": tuple(takes)[:30], "note": note})
     else:
         draft.emit("Chromatograph", operation.span, takes, conditions(phrases), phrases, ratios)

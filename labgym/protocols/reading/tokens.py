@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from labgym.protocols.reading.figures import QuantitySpan
-from labgym.protocols.reading.lexicon import SUBSTANCES, VerbWord, names_substance, verb_word
+from labgym.protocols.reading.lexicon import QUALITIES, SUBSTANCES, VerbWord, names_substance, verb_word
 
 TokenKind = Literal["word", "name", "verb", "figure", "mark", "group"]
-_CHUNK = re.compile(r"\S+")
+_CHUNK = re.compile(r"(?:\((?:\d{0,2}[a-z]?[RSEZ]\*?, ){1,9}(?=\d{0,2}[a-z]?[RSEZ]\*?\)))?\S+")
+"""A word; spaces between the descriptors of a stereoisomer are a part of it: "(2S, 4S)-1-phenyl"."""
 LONGEST_BRACKET = 400
 """Longest bracket, characters; a longer one is taken for two signs that do not belong together."""
 _OPEN, _CLOSE = "([{", ")]}"
@@ -68,6 +69,7 @@ _ABBREVIATIONS = frozenset(
         "sec.",
         "tert.",
         "prim.",
+        *("j.", "chem.", "soc.", "amer.", "het.", "org.", "pat.", "lett.", "synth.", "commun.", "pp."),
     ]
 )
 _DATA = re.compile(
@@ -80,7 +82,8 @@ _DATA = re.compile(
     r"|MS[- ]?(?=[(:=+mME[])|HRMS|m/[ze]\b|M/[ZE]\b|IR ?(?=[(:])|I\.R\.|FT-?IR|R ?f\b ?[=:0(~]|"
     r"[Mm]ass spec\b|(?:IR|UV|[Ii]nfrared|resonance|[Mm]ass)[- ](?:absorption )?spectr|TLC (?:in|analysis) |"
     r"(?<=\()(?:crude |isolated )?[Yy]ield:? (?=\d)|"
-    r"Rf[- ]values?|[ν\u03bdv] ?max\b|τ ?[(:]|[Aa]cid number|n\.m\.r|[mM]pt\b|Smp\.|[mM]\.pt\.|"
+    r"Rf[- ]values?|[Tt]hin[- ]layer chromatogram\b|"
+    r"[ν\u03bdv] ?max\b|τ ?[(:]|[Aa]cid number|n\.m\.r|[mM]pt\b|Smp\.|[mM]\.pt\.|"
     r"[Tt]he (?:(?:crude|overall|isolated|total) )?(?:purity|yield)(?: of [^.;]{0,60})? (?:was|is)\b|m\. ?(?=\d{2,3}°)|"
     r"RF: |Anal(?:ysis|\.)|Elemental|TLC:|Rt ?="
     r"|n ?D ?2[05]|nD2|[Rr]efractive index|calc(?:d|'d|ulated for)\b|[Bb]\. ?p\b\.?|"
@@ -284,7 +287,12 @@ def _split(tokens: Sequence[Token]) -> Iterator[list[Token]]:
             )
             counted = last is not None and last.figure is not None and last.figure.kind in ("repeats", "time")
             ends = ends or (token.text == "." and counted)
-            if follows is None or (depth == 0 and (_begins(follows, token) or (ends and follows.kind == "name"))):
+            glued = last is not None and last.figure is not None and last.figure.kind == "molarity"
+            glued = glued and follows is not None and follows.start == token.end
+            glued = glued or (follows is not None and last is not None and _is_torn(last, follows))
+            if follows is None or (
+                depth == 0 and not glued and (_begins(follows, token) or (ends and follows.kind == "name"))
+            ):
                 yield part
                 part, depth = [], 0
         elif token.kind == "figure" and depth == 0 and token.text.endswith("."):
@@ -295,6 +303,11 @@ def _split(tokens: Sequence[Token]) -> Iterator[list[Token]]:
                 part = []
     if part:
         yield part
+
+
+def _is_torn(last: Token, follows: Token) -> bool:
+    """Return whether a misprinted full stop tears a name: "anhydrous. magnesium. sulfate"."""
+    return follows.kind == "name" and follows.text.islower() and (last.low in QUALITIES or last.kind == "name")
 
 
 def _begins_with_number(token: Token) -> bool:

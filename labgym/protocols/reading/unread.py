@@ -22,7 +22,8 @@ _NUMBERED = frozenset((
     "example", "examples", "step", "steps", "scheme", "preparation", "compound", "formula", "intermediate",
     "reference", "section", "table", "method", "part", "procedure", "figure", "no.", "no", "vol.", "page",
     "claim", "structure", "number", "product", "ref", "entry", "gave", "give", "afforded", "afford",
-    "yielded", "yield", "yields", "affords", "gives", "provide", "whatman", "gel",
+    "yielded", "yield", "yields", "affords", "gives", "provide", "whatman", "gel", "fraction", "fractions", "peak",
+    "isomer", "lot", "run", "all", "these", "precursor", "column", "sequence", "merck",
 ))  # fmt: skip
 _NUMBER = re.compile(r"^\d{1,6}(?:[.,]\d{1,6})?$")
 _CLASSES = frozenset((
@@ -30,8 +31,10 @@ _CLASSES = frozenset((
     "hydrochloride", "ketone", "salt",
 ))  # fmt: skip
 """Classes of substances by which a text calls its batch."""
-_RESULTING = frozenset(("resulting", "resultant", "desired", "crude", "corresponding", "formed", "title", "obtained"))
-_BATHS = frozenset(("bath", "baths", "addition", "evolution"))
+_RESULTING = frozenset((
+    "resulting", "resultant", "residual", "desired", "crude", "corresponding", "formed", "title", "obtained",
+))  # fmt: skip
+_BATHS = frozenset(("bath", "baths", "addition", "evolution", "uptake", "absorption"))
 """Nouns before which a name says what a bath holds, repeats what was added, or is a gas that escapes."""
 MAX_ABBREVIATION = 8
 """Longest name in parentheses that repeats the name before them."""
@@ -39,7 +42,20 @@ _CHECKED = MEASURES | CONDITIONS
 """Kinds of figures that an action must state."""
 _AMOUNT_PARTS = re.compile(r", | of | x ")
 _WAITED = ("evolution", "uptake", "absorption", "generation", "consumption")
-_BARE_UNIT = re.compile(r"^(?:grams?|[km]g|m[lL]|milliliters?|millilitres?|m?mol(?:es?)?)$")
+_GASES = frozenset(("hydrogen", "h2"))
+_BARE_UNIT = re.compile(r"^(?:g|grams?|[km]g|m[lL]|milliliters?|millilitres?|m?mol(?:es?)?)$")
+_SHARES = frozenset((
+    "yield", "yield)", "theory", "theoretical", "conversion", "converted", "purity", "pure", "ee", "de", "complete",
+    "reaction", "completion", "product",
+))  # fmt: skip
+"""Words behind a percentage of a yield, a conversion or a purity."""
+_HAPPENING = frozenset((
+    "evolved", "formed", "liberated", "precipitated", "precipitates", "separated", "separates", "remained", "remains",
+    "observed", "crystallizes", "crystallises", "crystallized", "crystallised", "melts", "melted", "deposited",
+    "developed", "generated", "absorbed",
+))  # fmt: skip
+"""Words for what happens by itself to what stands before them."""
+_REMOVED = frozenset(("removed", "replaced", "withdrawn"))
 _COLUMNS = ("column", "columns", "cartridge")
 
 
@@ -119,12 +135,16 @@ def _own_descriptions(draft: ActionDraft, tokens: Sequence[Token], taken: set[st
     """Own names that describe the batch or repeat a name: "the ether solution", "N-chlorosuccinimide (NCS)"."""
     for before, run, following in _name_runs(tokens):
         describes = following is not None and following.low in LAYERS | EXTRACTS | _BATHS
+        describes = describes or _happens(draft, tokens, before, run)
         if describes or _is_class(before, run, following) or _is_named_again(draft, before, run, following, taken):
-            draft.own(run[0].start, run[-1].end)
+            draft.own(_bath_start(tokens, run) if describes else run[0].start, run[-1].end)
     _own_observed(draft, tokens)
+    _own_shares(draft, tokens)
     for token, following in pairwise(tokens):
         if token.figure is not None and following.low in _COLUMNS:
             draft.own(token.start, token.end, ASIDE)
+        if following.kind == "group" and _is_comment(following):
+            draft.own(following.start, following.end, ASIDE)
         is_column = token.low in ("silica", "gel", "alumina") and following.low in _COLUMNS
         if is_column and any(action.verb == "Chromatograph" for action in draft.actions):
             _own_column(draft, tokens, token)
@@ -132,6 +152,51 @@ def _own_descriptions(draft: ActionDraft, tokens: Sequence[Token], taken: set[st
         abbreviates = len(inner) == 1 and inner[0].kind == "name" and len(inner[0].text) <= MAX_ABBREVIATION
         if following.kind == "group" and abbreviates and draft.owned[token.end - 1]:
             draft.own(inner[0].start, inner[0].end)
+
+
+def _is_comment(group: Token) -> bool:
+    """Return whether a bracket without a figure comments on what stands before it: "(gummy in ether)"."""
+    first, *rest = group.inner or (group,)
+    names = [item for item in rest if item.kind == "name"]
+    comments = first.kind == "word" and not first.low.startswith("prewash") and first.low not in QUALITIES
+    return bool(names) and comments and all(item.figure is None for item in leaves(group.inner))
+
+
+def _bath_start(tokens: Sequence[Token], run: Sequence[Token]) -> int:
+    """Return where a name begins with those that it is mixed with: "dry ice:acetone bath"."""
+    place = next(k for k, token in enumerate(tokens) if token is run[0])
+    while place > 1 and tokens[place - 1].text in ("/", ":", "-") and tokens[place - 2].kind == "name":
+        place -= 2
+        while place and tokens[place - 1].kind == "name":
+            place -= 1
+    return tokens[place].start
+
+
+def _happens(draft: ActionDraft, tokens: Sequence[Token], before: Sequence[str], run: Sequence[Token]) -> bool:
+    """Return whether a name without an amount is of the batch, or of what comes out of it by itself.
+
+    "The crude amine thus obtained was filtered", "dimethylamine was evolved", "The salt precipitated".
+    """
+    place = next(k for k, token in enumerate(tokens) if token is run[-1])
+    ahead = tokens[place + 1 : place + 6]
+    if not draft.actions or (ahead and (ahead[0].figure is not None or _measures(ahead[0]))):
+        return False
+    words = [token.low for token in ahead]
+    if set(before) & _RESULTING and "added" not in words:
+        return True
+    said = [word for word in words if word not in ("so", "thus", "then", "was", "is", "were", "are", "which", "that")]
+    return said[:1] != [] and said[0] in _HAPPENING
+
+
+def _own_shares(draft: ActionDraft, tokens: Sequence[Token]) -> None:
+    """Set yields, purities and conversions aside, and own an ice bath that is taken away."""
+    flat = list(leaves(tokens))
+    for place, token in enumerate(flat):
+        ahead = [item.low for item in flat[place + 1 : place + 4]]
+        if token.figure is not None and token.figure.kind == "percent" and not _SHARES.isdisjoint(ahead):
+            draft.own(token.start, token.end, ASIDE)
+        if token.figure is not None and token.low.endswith("bath") and not _REMOVED.isdisjoint(ahead):
+            draft.own(token.start, token.end, ASIDE)
 
 
 def _is_named_again(
@@ -158,6 +223,8 @@ def _own_observed(draft: ActionDraft, tokens: Sequence[Token]) -> None:
         previous = token.low
         if waits and token.kind == "name":
             draft.own(token.start, token.end)
+        elif waits and token.figure is not None and token.figure.kind in MEASURES and lows(tokens) & _GASES:
+            draft.own(token.start, token.end, ASIDE)
         if token.kind == "group" and lows(token.inner) & {"dispersion", "suspension"}:
             draft.own_all(item for item in token.inner if item.low in ("mineral", "paraffin"))
 

@@ -149,13 +149,12 @@ def _conjunction(draft: PhraseDraft, word: Word) -> bool:
 def _supported(draft: PhraseDraft, word: Word) -> bool:
     """Read "on" between a metal and its support as a part of the name: "palladium on carbon"."""
     previous = draft.tokens[word.place - 1].low if word.place else ""
-    return (
-        word.low == "on"
-        and previous in _METALS
-        and word.after in _SUPPORTS
-        and draft.last is not None
-        and draft.adjacent
-    )
+    if word.low != "on" or previous not in _METALS or word.after not in _SUPPORTS:
+        return False
+    if draft.last is None or not draft.adjacent:
+        return False
+    draft.last.end, draft.skip = draft.tokens[word.place + 1].end, word.place + 1
+    return True
 
 
 def _preposition(draft: PhraseDraft, word: Word) -> bool:
@@ -188,6 +187,11 @@ def _solution_noun(draft: PhraseDraft, word: Word) -> bool:
             draft.pending = []
         draft.separate()
         return True
+    ahead = draft.tokens[word.place + 1 : word.place + 3]
+    if draft.last is not None and phrase.solution is None and [item.low for item in ahead] == ["()", "of"]:
+        if not draft.separated and not draft.last.is_measured:
+            draft.last.solvent, phrase.solution = True, word.token
+            return True
     if (word.after == "()" and phrase.solution is None and not phrase.substances) or draft.last is None:
         phrase.nouns.append(word.token.low)
     draft.adjacent = False

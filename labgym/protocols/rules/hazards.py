@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from labgym.assets import Asset, pairs
 from labgym.assets.plausibility import FACE_VELOCITY_M_S
+from labgym.protocols.amounts import read_amount
 from labgym.protocols.capability import heats_to, is_ventilated, needs_ventilation
 from labgym.protocols.contents import SEPARATING, STILL, WATER, Situation
 from labgym.protocols.errors import RefusalError
@@ -46,6 +47,8 @@ WATER_INTO_ACID = re.compile(
 )
 WATER_ADDED = re.compile(r"\b(?:add|adding|dilute|diluting|dilution)\b[^.;]{0,60}\bwater\b", re.I)
 CONCENTRATED = frozenset({"oxidizing_acid"})
+DILUTE_PERCENT, DILUTE_MOLARITY = 51.0, 7.3
+"""Strength up to which sulfuric acid is dilute (UN 2796 of the UN Model Regulations); mol/L at 1.40 g/mL."""
 TOXIC_GAS = ("acid_with_toxic_gas_former", "acid_with_hypochlorite", "hypochlorite_with_ammonia_or_amine")
 """Pairs of the segregation rules that give off a toxic gas when they meet."""
 SCRUBBERS = ("GasWashBottle", "ColdTrap")
@@ -109,7 +112,11 @@ def acid_goes_into_water(case: ProtocolCase) -> Iterator[Finding]:
         acids = [
             name
             for name, volume in situation.contents.items()
+<<<<<<< HEAD
             if volume >= 5.0 and not CONCENTRATED.isdisjoint(case.catalog.get(name).groups)
+=======
+            if volume >= 5.0 and _has_group(case.catalog.get(name), CONCENTRATED) and not _is_dilute(case, name)
+>>>>>>> h-proc
         ]
         watered = WATER in [asset.name for asset in situation.added] or WATER_ADDED.search(step.text)
         onto_water = POURED_ONTO.search(step.text) and not WATER_INTO_ACID.search(step.text)
@@ -135,8 +142,13 @@ def peroxides_are_tested_for(case: ProtocolCase) -> Iterator[Finding]:
             continue
         dry = bool(TO_DRYNESS.search(text)) and not NOT_TO_DRYNESS.search(text)
         pumped = any(asset.family in REDUCED_PRESSURE for asset in situation.devices)
+<<<<<<< HEAD
         formers = [asset for name in situation.contents if forms_peroxides(asset := case.catalog.get(name))]
         severe = [asset for asset in formers if _forms_peroxides_in_storage(asset)]
+=======
+        formers = [asset for name in situation.contents if _forms_peroxides(asset := case.catalog.get(name))]
+        severe = [asset for asset in formers if forms_peroxides_in_storage(asset)]
+>>>>>>> h-proc
         if not formers:
             continue
         name = (severe or formers)[0].name
@@ -155,7 +167,8 @@ def forms_peroxides(asset: Asset) -> bool:
     return asset.chemistry is not None and asset.chemistry.peroxide_former
 
 
-def _forms_peroxides_in_storage(asset: Asset) -> bool:
+def forms_peroxides_in_storage(asset: Asset) -> bool:
+    """Return whether an ether forms explosive peroxides in its bottle, without concentration."""
     return not PEROXIDES_IN_STORAGE.isdisjoint(form.lower() for form in (asset.name, *asset.synonyms_en))
 
 
@@ -219,6 +232,25 @@ def _has_statement(asset: Asset, codes: tuple[str, ...]) -> bool:
     return asset.chemistry is not None and not set(codes).isdisjoint(asset.chemistry.h_codes)
 
 
+<<<<<<< HEAD
+=======
+def _is_dilute(case: ProtocolCase, name: str) -> bool:
+    """Return whether a protocol takes an acid as a dilute solution only."""
+    amounts = [
+        read_amount(part) for use in case.protocol.reagents if use.name == name for part in use.amount.split("; ")
+    ]
+    return bool(amounts) and all(
+        (amount.percent is not None and amount.percent <= DILUTE_PERCENT)
+        or (amount.molarity is not None and amount.molarity <= DILUTE_MOLARITY)
+        for amount in amounts
+    )
+
+
+def _has_group(asset: Asset, groups: frozenset[str]) -> bool:
+    return asset.chemistry is not None and not groups.isdisjoint(asset.chemistry.groups)
+
+
+>>>>>>> h-proc
 def products_may_be_made(case: ProtocolCase) -> Iterator[Finding]:
     """Check that the product is not an explosive, a weapon, a controlled drug or a substance that kills in traces."""
     try:

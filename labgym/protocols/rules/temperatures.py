@@ -16,7 +16,7 @@ COLD_CARRIED = ("Filter", "Wash", "PhaseSeparation", "Transfer", "Extract", "Dil
 """Actions that a batch from a cold bath goes through before it has warmed up."""
 UNCOOLED = ("Concentrate", "DryVacuum", "Purge")
 """Actions whose evaporation cools by itself, or that only pass a gas."""
-_ICE = re.compile(r"\b(?:ice|iced|chill(?:s|ed|ing)?)\b(?![\s-]*(?:free|bath\s+removed))", re.I)
+_ICE = re.compile(r"(?<!dry )\b(?:ice|iced|chill(?:s|ed|ing)?)\b(?![\s-]*(?:free|bath\s+removed))", re.I)
 """Words for a step that uses ice, whether or not it states a temperature."""
 RETURNS = ("condenser", "adapter", "trap", "rotavap")
 """Subtypes of devices that return vapor or lead it away."""

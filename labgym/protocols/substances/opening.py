@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 from labgym.assets import Catalog
 from labgym.assets.flags import FLAGS, by_rule
@@ -59,8 +59,19 @@ _REPRINTED = (
     (re.compile(r"sulph(?=[aeio])", re.IGNORECASE), "sulf"),
     (re.compile(r"(?<=benzene) (?=sul(?:f|ph)onyl)"), ""),
     (re.compile(r"[.·]\s?HCl$"), " hydrochloride"),
+    (re.compile(r"[.·]\s?2\s?HCl$"), " dihydrochloride"),
+    (re.compile(r"\bN,N1 ?(?=-)"), "N,N'"),
+    (re.compile(r"(?<=\[\d')(?=\d')"), ","),
+    (re.compile(r"\bpott?ass?ium\b", re.IGNORECASE), "potassium"),
+    (re.compile(r" boron hydride$", re.IGNORECASE), " borohydride"),
 )
 """Slips of printed names with their systematic spelling: "[1.4]benzoxazine", "tert.butyl", "amine.HCl"."""
+_MORPHEMES = (
+    "aluminum", "benzyloxy", "bromide", "carbonyl", "carboxy", "chloride", "cyclohex", "cyclopent", "fluoride",
+    "fluoro", "hydrochlor", "hydroxy", "imidazol", "methoxy", "methylsilyl", "morpholin", "phenoxy", "piperazin",
+    "piperidin", "pyrrolidin", "silyloxy",
+)  # fmt: skip
+"""Parts of names of which misprints with a letter that is left out, doubled or swapped with the next are known."""
 _LABEL = re.compile(
     r"(?:the\s++)?(?:(?:title|crude|above|resulting|resultant|desired|said|obtained|corresponding|final)\s++)*"
     r"(?:compounds?|intermediates?|products?|examples?|steps?|preparations?|material|residue|mixture|solution|solids?|"
@@ -252,7 +263,20 @@ def forms(name: str) -> Iterator[str]:
 def _reprinted(name: str) -> str:
     for pattern, spelling in _REPRINTED:
         name = pattern.sub(spelling, name)
-    return name
+    misprints, pattern = _misprints()
+    return pattern.sub(lambda match: misprints[match[0].lower()], name)
+
+
+@lru_cache(maxsize=1)
+def _misprints() -> tuple[dict[str, str], re.Pattern[str]]:
+    """Return the misprints of parts of names with their spelling, and the pattern that finds them."""
+    found: dict[str, str] = {}
+    for part in _MORPHEMES:
+        inner = range(1, len(part) - 1)
+        wrong = {part[:k] + part[k + 1 :] for k in inner} | {part[: k + 1] + part[k:] for k in inner}
+        wrong |= {part[:k] + part[k + 1] + part[k] + part[k + 2 :] for k in inner}
+        found |= {word: part for word in wrong if not any(word in other for other in _MORPHEMES)}
+    return found, re.compile("|".join(sorted(found, key=len, reverse=True)), re.IGNORECASE)
 
 
 def opened(experiment: Experiment, resolver: Resolver) -> OpenedExperiment:

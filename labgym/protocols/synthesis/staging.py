@@ -32,7 +32,7 @@ from labgym.protocols.experiments.model import Verb
 from labgym.protocols.experiments.narration import sentence
 from labgym.protocols.model import Protocol
 from labgym.protocols.rules.conditions import AIR_SENSITIVE
-from labgym.protocols.rules.hazards import INERT
+from labgym.protocols.rules.hazards import INERT, forms_peroxides_in_storage
 from labgym.protocols.rules.temperatures import SUPERHEAT_K
 from labgym.protocols.rules.vessels import vapor_pressure
 from labgym.protocols.sizing import fitted
@@ -44,6 +44,8 @@ from labgym.quantities import ROOM_RANGE
 
 OIL_BATH_LIMIT_C = 170.0
 """Bath temperature above which a flask is heated in a mantle, degrees Celsius."""
+ICE_BATH_LIMIT_C = -15.0
+"""Lowest temperature of a bath of ice and salt, degrees Celsius."""
 CONDENSER_FROM_C = 30.0
 """Temperature above which a stirred flask carries a condenser, degrees Celsius."""
 QUENCH_FILL = 0.9
@@ -195,23 +197,19 @@ class _Stager:
 
     def _make_aside(self, action: Action) -> None:
         """Make a solution that a later action adds: in a separate flask, from which it is transferred."""
-        names = tuple(self._take(action, portion.name, portion.amount) for portion in action.takes)
-        note = _with_note(action, MADE_ASIDE)
+        names = self._take_all(action)
+        note = _with_note(self._under_gas(action, names), MADE_ASIDE)
         self._do(note, names, vessel=("ErlenmeyerFlask",), bath=_bath(action.temperature))
 
     def _act(self, action: Action, following: Action | None) -> None:
         if action.verb in ("Yield", "Transfer", "CollectLayer"):
             return
-        names = tuple(self._take(action, portion.name, portion.amount) for portion in action.takes)
-        sensitive = any(is_pyrophoric(self.catalog.get(name)) or name in AIR_SENSITIVE for name in names)
-        if sensitive and action.atmosphere is None and not INERT.search(action.note):
-            action = _with_note(action.model_copy(update={"atmosphere": "nitrogen"}), "nitrogen is assumed")
+        names = self._take_all(action)
+        action = self._under_gas(action, names)
         if action.part == "solution" and not action.takes:
             action = _with_note(action, ASIDE_ADDED)
         if not self.reacting and action.verb in ("Add", "Dissolve"):
             self.volume += self._millilitres(action)
-        for portion, name in zip(action.takes, names, strict=True):
-            self.liquids[name] = self.liquids.get(name, 0.0) + millilitres([(self.catalog.get(name), portion.amount)])
         _STEPS.get(action.verb, _Stager._in_the_flask)(self, action, names)
         if action.verb in ("Filter", "Crystallize", "Recrystallize", "Triturate"):
             rinsed = action.verb == "Filter" and following is not None and self._rinses(following)
@@ -219,6 +217,22 @@ class _Stager:
             self.solid = kept and (following is None or following.verb != "Dissolve")
         elif action.verb in ("Dissolve", "Extract", "Concentrate", "Add"):
             self.solid = False
+
+    def _under_gas(self, action: Action, names: tuple[str, ...]) -> Action:
+        """Return an action under nitrogen, which is assumed, if it takes what air destroys and names no gas."""
+        sensitive = any(is_pyrophoric(self.catalog.get(name)) or name in AIR_SENSITIVE for name in names)
+        if not sensitive or action.atmosphere is not None or INERT.search(action.note):
+            return action
+        return _with_note(action.model_copy(update={"atmosphere": "nitrogen"}), "nitrogen is assumed")
+
+    def _take_all(self, action: Action) -> tuple[str, ...]:
+        """List what an action takes, count its liquids, and return the names."""
+        names = tuple(self._take(action, portion.name, portion.amount) for portion in action.takes)
+        for portion, name in zip(action.takes, names, strict=True):
+            volume = millilitres([(self.catalog.get(name), portion.amount)])
+            if volume:
+                self.liquids[name] = self.liquids.get(name, 0.0) + volume
+        return names
 
     def _rinses(self, action: Action) -> bool:
         """Return whether a washing rinses what is on a filter: of no layer, and with a solvent."""
@@ -259,7 +273,8 @@ class _Stager:
         self.builder.do(verb or action.verb, text, names, at, action.duration, setup, **slots)
 
     def _plain(self, action: Action, names: tuple[str, ...]) -> None:
-        self._do(action, names)
+        cold = action.temperature is not None and action.temperature < ROOM_RANGE[0]
+        self._do(action, names, bath=_cold_bath(action.temperature or 0.0) if cold else ())
 
     def _with_device(self, action: Action, names: tuple[str, ...]) -> None:
         self._do(action, names, vessel=(self.vessel,), gas=self._gas(action))
@@ -319,8 +334,11 @@ class _Stager:
                 self.builder.take(self.catalog.get("Hydrogen"), "reactant", "from the cylinder")
             gas = (*names, "Hydrogen")
         funnel = ("GraduatedCylinder",) if self._millilitres(action) else ()
-        if action.pressure is not None and action.pressure > BALLOON_LIMIT_BAR:
-            self.vessel = self._closed_vessel(HYDROGENATORS, action.pressure)
+        at = action.temperature
+        boils = at is not None and at > min(self._main_boiling_points(), default=at)
+        bar = max(action.pressure or 0.0, 1.0 + self._vapor_bar(at) if boils and at is not None else 0.0)
+        if bar > BALLOON_LIMIT_BAR:
+            self.vessel = self._closed_vessel(HYDROGENATORS, bar)
             self._do(self._transferred(action), gas, device=(self.vessel,), funnel=funnel)
         else:
             bath = _bath(action.temperature)
@@ -338,7 +356,8 @@ class _Stager:
         acid = any(
             "oxidizing_acid" in self.catalog.get(name).groups and role != "workup" for name, role in self.roles.items()
         )
-        fits = total <= QUENCH_FILL * (capacity(self.catalog.get(self.vessel)) or 0.0)
+        vessel = self.catalog.get(self.vessel)
+        fits = total <= QUENCH_FILL * (capacity(vessel) or 0.0) and withstands(vessel) is None
         at = _temperature(action)
         cold = at < ROOM_RANGE[0]
         paper = ("PHPaper",) if action.verb == "AdjustPH" else ()
@@ -346,8 +365,7 @@ class _Stager:
         verb = _ph_change(action) or action.verb
         if fits and self.in_flask and not acid:
             gas, bath = self._gas(action), _bath(at) if cold else ("MagneticStirrer",)
-            vessel = (self.vessel,)
-            self._do(action, names, at, verb, vessel=vessel, bath=bath, paper=paper, gas=gas, funnel=cylinder)
+            self._do(action, names, at, verb, vessel=(self.vessel,), bath=bath, paper=paper, gas=gas, funnel=cylinder)
             return
         self.in_flask = False
         if action.verb in ("Pour", "Quench"):
@@ -360,6 +378,8 @@ class _Stager:
         self._do(action, names, verb="Filter" if self.solid else "Wash", bath=("IceBath",) if cold else ())
 
     def _concentrate(self, action: Action, names: tuple[str, ...]) -> None:
+        if any(forms_peroxides_in_storage(self.catalog.get(use.name)) for use in self.builder.reagents):
+            action = _with_note(action, "test for peroxides first")
         self._do(action, names, _temperature(action))
         self.in_flask = False
 
@@ -385,14 +405,14 @@ class _Stager:
 
     def _crystallize(self, action: Action, names: tuple[str, ...]) -> None:
         at = _temperature(action)
-        bath = "IceBath" if at >= -15.0 else "CoolingBathDewar"
-        self._do(action, names, at, bath=(bath,))
+        self._do(action, names, at, bath=_cold_bath(at))
 
     def _recrystallize(self, action: Action, names: tuple[str, ...]) -> None:
         at = _temperature(action)
         if action.temperature is None:
             at = min((at, *(point for name in names if (point := self.catalog.get(name).boiling_point) is not None)))
-        self._do(action, names, at, vessel=("ErlenmeyerFlask",))
+        bath = _cold_bath(at) if at < ROOM_RANGE[0] else ()
+        self._do(action, names, at, vessel=("ErlenmeyerFlask",), bath=bath)
 
     def _dry_solid(self, action: Action, names: tuple[str, ...]) -> None:
         at = _temperature(action)
@@ -503,6 +523,11 @@ def _temperature(action: Action) -> float:
 def _bath(at: float | None) -> tuple[str, ...]:
     """Return the devices that bring a flask to a temperature."""
     return ("HeatingMantle",) if at is not None and at > OIL_BATH_LIMIT_C else bath_for(at)
+
+
+def _cold_bath(at: float) -> tuple[str, ...]:
+    """Return the bath that cools a vessel of the work-up to a temperature."""
+    return ("IceBath",) if at >= ICE_BATH_LIMIT_C else ("CoolingBathDewar",)
 
 
 def _change(at: float) -> str:
