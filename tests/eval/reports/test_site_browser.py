@@ -326,6 +326,17 @@ def test_the_camera_that_follows_sees_the_robot_along_a_drive(tab, page):
     assert tab.errors == []
 
 
+def test_the_robot_of_carry_has_its_beaker(tab, tmp_path):
+    part = published_episodes("carry", 2)
+    suite = LabNavSuite("labnav-carry-2", (part.only({f"carry-2/{part.episodes[0].key}"}),))
+    folder = write_folder(tmp_path / "run", suite, "one", "deployed", lambda _, __: 0.5, line_to_goal)
+    report_labnav([folder], published=())
+    opened(tab, folder / "report.html", "e0")
+    tab.wait("document.getElementById('space').dataset.state === 'ready' && stage.payload.visible", seconds=60)
+    assert tab.value("stage.payload.parent === stage.robot") is True
+    assert tab.errors == []
+
+
 def test_without_the_folder_of_replays_the_plan_stays_and_a_sentence_says_why(tab, page, tmp_path):
     alone = tmp_path / "alone.html"
     alone.write_bytes(page.read_bytes())

@@ -183,7 +183,7 @@ async function load(episode, policy) {
     const scene = await loadData(`episodes/${number}`);
     if (state.episode !== number) return;
     showPlan({ ...episode, runs: episode.runs.map((run) => ({ ...run, ...scene.moves[run.policy] })) }, policy);
-    const names = [...new Set([scene.building, scene.robot, ...scene.people, ...[...scene.placed, ...scene.things].map((each) => each[0])])];
+    const names = [...new Set([scene.building, scene.robot, ...(scene.payload ? [scene.payload.shape] : []), ...scene.people, ...[...scene.placed, ...scene.things].map((each) => each[0])])];
     const [contents] = await Promise.all([Promise.all(names.map(loadData)), loadThree()]);
     if (state.episode !== number) return;
     stage = stage || new Stage(byId('space'));
