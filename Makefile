@@ -64,7 +64,7 @@ docs: install
 
 site: install
 	$(BIN)/labgym leaderboard --out runs/site/leaderboard
-	$(BIN)/python -m sphinx -q -W --keep-going -c docs . runs/site
+	$(BIN)/python -m sphinx -q -W --keep-going -E -c docs . runs/site
 
 pictures-check: install
 	$(BIN)/python .ci/pictures $(ARGS)

@@ -25,6 +25,10 @@ SUMMARIES = {
     "LabFloorNavGoal-v0": "Reach goals that can be relabeled, for hindsight experience replay.",
     "LabProtocolNav-v0": "Drive all drives of a protocol in one episode.",
 }
+ROOM = "A room from above: its protocol's route, and the routes of six policies", "topdown.png"
+FLOOR = "A floor of several rooms in the viewer: the robot, its plan, its camera and its depth image", "viewer.jpg"
+PICTURES = {"LabPointNav-v0": ROOM, "LabProtocolNav-v0": ROOM}
+"""Text and name of the picture of the ids that are no task of LabNav; by default that of a floor."""
 LEARNED = {
     "LabPointNav-v0": "`ppo` reaches a success rate of 0.992 in rooms that it has not seen, after a million steps, "
     "5 minutes on two cores ([training](../training.md#what-to-expect)).",
@@ -32,6 +36,12 @@ LEARNED = {
     "0.43 on floors ([training](../training.md#arrive-and-stop)).",
 }
 NOTHING = "No training is published that has learned this id."
+TASKS_LEARNED = (
+    "`local-ppo` learned all eight tasks at once, as the local planner of `stack`: 34 minutes of PPO "
+    "([card](../../policies/local-ppo/CARD.md)) after 46 minutes of imitation "
+    "([card](../../policies/local-imitation/CARD.md)). No training from end to end is published that has learned this "
+    "id ([Learn LabNav end to end](../learn.md))."
+)
 BEST = 5
 """Policies of the published results on a page."""
 REWARDS = {
@@ -60,13 +70,14 @@ def id_page(name: str) -> str:
     """Return the page of an id."""
     config, environment = configured(name, {}), gym.make(name)
     task = next((task for task in TASKS if labnav_id(task) == name), "")
+    words, picture = (task, f"labnav_{task}.jpg") if task else PICTURES.get(name, FLOOR)
     summary = f"{TASKS[task].summary.capitalize()}." if task else SUMMARIES[name]
     assert environment.spec is not None
     observation, action = environment.observation_space, environment.action_space
     parts = [
         f"# {name}",
         summary,
-        *([f"![{task}](../pictures/labnav_{task}.jpg)"] if task else []),
+        f"![{words}](../pictures/{picture})",
         "```python\nimport gymnasium as gym\nimport labgym\n\n"
         f'env = gym.make("{name}"{", level=1" if task else ""})\nobservation, info = env.reset(seed=0)\n```',
         "## Spaces",
@@ -79,7 +90,7 @@ def id_page(name: str) -> str:
         f"Truncated after {environment.spec.max_episode_steps} actions. Layouts are drawn from `{config.split}`.",
         *([_levels(task)] if task else []),
         "## What has learned it",
-        LEARNED.get(name, NOTHING),
+        TASKS_LEARNED if task else LEARNED.get(name, NOTHING),
         *(_driven(task) if task else []),
     ]
     environment.close()

@@ -140,7 +140,7 @@ FILM = {
     "shift": (MINI, "floors-val-0005/0", 20),
 }
 """The README's film by task: suite, episode, and the control step at which its shot begins."""
-FILM_SIZE, FILM_STEPS, FILM_STRIDE, FILM_RATE = (640, 360), 90, 3, 10.0
+FILM_SIZE, FILM_STEPS, FILM_STRIDE, FILM_RATE = (640, 360), 90, 6, 20 / 3
 """Size in pixels, control steps of a shot, steps between two pictures, and pictures per second."""
 FILM_POLICY = "stack"
 

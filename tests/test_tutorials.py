@@ -92,9 +92,9 @@ def trained(folder, names):
 
 
 def evaluated(folder, names):
-    rows = [json.loads(line) for line in (folder / "runs/careful-glass/episodes.jsonl").open()]
+    rows = [json.loads(line) for line in (folder / "runs/careful-aisle/episodes.jsonl").open()]
     assert [row["policy"] for row in rows] == ["careful"] * 2
-    assert {row["task"] for row in rows} == {"glass"}
+    assert {row["task"] for row in rows} == {"aisle"}
     assert not [row["error"] for row in rows if row.get("error")]
 
 

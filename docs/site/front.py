@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -14,12 +13,19 @@ from sphinx.application import Sphinx
 
 LEADERBOARD = "leaderboard/index.html"
 """Page that `labgym leaderboard --out` writes into the site before it is built."""
-DRIVE = "docs/pictures/labnav_people.jpg"
-"""Picture of an episode on the front page."""
-LABNAV = f"""<h2>LabNav</h2>
-<p class="laboratory"><img src="{{drive}}" alt="An episode of the task people: its plan and the robot among people"></p>
-<p><a href="{LEADERBOARD}#leaderboard">Leaderboard</a>: eight tasks, all published policies.</p>
-<p><a href="{LEADERBOARD}#episodes">Episodes in 3D</a>: 60 drives to replay beside their plan.</p>
+FILM = "docs/pictures/labnav.webp"
+"""The film of the README."""
+GALLERY = {
+    "suite": "Suite: rooms along a corridor",
+    "bay": "Bay: one large room",
+    "ell": "Ell: an L-shaped room",
+    "double": "Double: two rooms side by side",
+    "refit": "Refit: an old building with oblique walls",
+    "inside": "The refit of another seed, from its main exit",
+}
+"""Captions of docs/pictures/gallery_NAME.jpg by name."""
+LABNAV = f"""<p><a href="{LEADERBOARD}#leaderboard">Leaderboard</a>: the tasks of LabNav and all published policies.
+<a href="{LEADERBOARD}#episodes">Replays</a>: 60 episodes in 3D beside their plan, in this browser.</p>
 """
 NO_RUNS = "<li><code>make run</code> adds one; then build the site again.</li>"
 FIGURE = '<figure><img loading="lazy" src="{0}" alt="{1}"><figcaption>{1}</figcaption></figure>'
@@ -37,53 +43,66 @@ PAGE = """<!doctype html>
 <body>
 <header class="top"><div class="wide"><div class="name"><h1>labgym</h1>
 <p>Chemistry protocols become laboratories, and laboratories a benchmark of robot navigation</p></div>
-<nav aria-label="Site"><ul><li><a href="docs/index.html">Documentation</a></li>
+<nav aria-label="Site"><ul>{links}
 </ul></nav></div></header>
 <main class="wide">
-{labnav}<h2>Your runs</h2>
+<p class="laboratory"><img src="{film}" width="640" height="360"
+alt="Film: a robot drives the eight tasks of LabNav in laboratories; its map with people and route, and its camera"></p>
+<p>From a protocol, labgym furnishes a laboratory; LabNav measures how well a robot drives in it: past people, through
+glass and clutter, to a dock, with a beaker on its deck.
+<a href="README.html">Run it in two commands</a>, <a href="docs/tutorials/train.html">train an agent</a>,
+<a href="docs/tutorials/evaluate.html">evaluate your policy</a>, <a href="docs/submitting.html">submit a result</a>,
+<a href="docs/tutorials/design.html">design a laboratory</a>.</p>
+{labnav}<h2 id="runs">Your runs</h2>
 <ul>{runs}</ul>
-<h2>Gallery of layouts</h2>
+<h2 id="models">Model zoo</h2>
+<ul>{models}</ul>
+<h2 id="gallery">Gallery of laboratories</h2>
 <div class="pictures">{gallery}</div>
 <p><a href="docs/floors.html">Floors and their families</a></p>
-<h2>Model zoo</h2>
-<ul>{models}</ul>
 </main>
 </body>
 </html>
 """
 
 
-def front_page(out: Path, runs: Path, titles: dict[str, str], pictures: dict[str, str], drive: str) -> str:
+def front_page(out: Path, runs: Path, titles: dict[str, str], pictures: dict[str, str], film: str) -> str:
     """Return the front page.
 
     Args:
         out: folder of the site. runs: folder of runs, each with report.html.
-        titles: of the site's pages. pictures: addresses and captions of the gallery.
+        titles: of the site's pages. pictures: addresses and captions of the gallery. film: its address.
     """
     reports = sorted(runs.glob("*/report.html")) if runs.is_dir() else []
     addresses = {path.parent.name: quote(Path(os.path.relpath(path, out)).as_posix()) for path in reports}
-    cards = {page: title for page, title in sorted(titles.items()) if page.startswith("policies/")}
-    links = [f'<li><a href="{address}">{escape(name)}</a></li>' for name, address in addresses.items()]
+    cards = {f"{page}.html": title for page, title in sorted(titles.items()) if page.startswith("policies/")}
+    drives = {f"{LEADERBOARD}#leaderboard": "Leaderboard", f"{LEADERBOARD}#episodes": "Replays in 3D"}
+    ranked = (out / LEADERBOARD).is_file()
+    menu = (drives if ranked else {}) | {"#models": "Models", "#gallery": "Gallery", "docs/index.html": "Documentation"}
     return PAGE.format(
         style=files("labgym.eval.reports").joinpath("templates/site.css").read_text("utf-8"),
-        labnav=LABNAV.format(drive=drive) if (out / LEADERBOARD).is_file() else "",
-        runs="".join(links) or NO_RUNS,
+        links=_items(menu),
+        film=film,
+        labnav=LABNAV if ranked else "",
+        runs=_items({address: name for name, address in addresses.items()}) or NO_RUNS,
         gallery="".join(FIGURE.format(address, escape(words)) for address, words in pictures.items()),
-        models="".join(f'<li><a href="{page}.html">{escape(title)}</a></li>' for page, title in cards.items()),
+        models=_items(cards),
     )
+
+
+def _items(links: dict[str, str]) -> str:
+    return "".join(f'<li><a href="{address}">{escape(words)}</a></li>' for address, words in links.items())
 
 
 def write_front_page(app: Sphinx, exception: Exception | None) -> None:
     """Write the front page after a build without errors."""
     if exception is not None or app.builder.format != "html":
         return
-    names = sorted(name for name in app.env.images if re.search(r"/gallery_\w+\.jpg$", name))
-    stems = {name: Path(name).stem.removeprefix("gallery_") for name in names}
-    pictures = {f"_images/{app.env.images[name][1]}": f"Laboratory: {stems[name]}" for name in names}
+    images = {name: f"_images/{image}" for name, (_, image) in app.env.images.items()}
+    pictures = {images[f"docs/pictures/gallery_{name}.jpg"]: words for name, words in GALLERY.items()}
     titles = {page: app.env.titles[page].astext() for page in app.env.found_docs}
     out = Path(app.outdir)
-    drive = f"_images/{app.env.images[DRIVE][1]}"
-    page = front_page(out, Path(app.srcdir) / "runs", titles, pictures, drive)
+    page = front_page(out, Path(app.srcdir) / "runs", titles, pictures, images[FILM])
     (out / "index.html").write_text(page, "utf-8")
 
 

@@ -23,19 +23,21 @@ KEYWORDS = {
     "docs/environment": "gym, observation, action, reward, api",
     "docs/faq": "faq, help, headless, problem, error, ros2, mac, wsl, notebook",
     "docs/floors": "buildings",
-    "docs/install": "requirements, setup, pip, conda",
+    "docs/install": "requirements, setup, pip, conda, windows",
     "docs/labnav": "benchmark, rules, challenge",
     "docs/labnav-tasks": "pedestrians, humans",
     "docs/language-models": "llm, gpt, chatgpt",
     "docs/navigation-metrics": "statistics, statistical significance, confidence interval, benchmark metrics",
-    "docs/policies": "sandbox, security, agent, model",
+    "docs/policies": "sandbox, security, agent, model, custom policy",
     "docs/protocols": "chemistry, reaction, synthesis, recipe",
     "docs/robots": "turtlebot, mobile base, mjcf",
+    "docs/safety-rules": "face velocity",
     "docs/scale": "cluster, parallel, distributed, hpc",
     "docs/splits": "leakage, held out",
     "docs/training": "sb3, rl, reinforcement learning, hyperparameters",
     "docs/training-data": "offline, demonstrations, imitation",
     "docs/tutorials/train": "quickstart, getting started",
+    "docs/viewer": "video, movie, gif, visualization, teleop",
 }
 """Words that newcomers use for what a page calls otherwise."""
 SHARES = {"docs/api": 0.2, "CHANGELOG": 0.2, "CONTRIBUTING": 0.4, "policies": 0.4, "docs/environments": 0.5}

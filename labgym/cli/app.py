@@ -16,7 +16,7 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Annotated, Literal
 
-from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, Positional, arg
+from tyro.conf import OmitArgPrefixes, Positional, arg
 
 from labgym.cli.arguments import (
     ExecutorArguments,
@@ -25,7 +25,7 @@ from labgym.cli.arguments import (
     allow_local_modules,
     parse_options,
 )
-from labgym.cli.commands import COMMANDS, CommandGroup, command_app, refuse_unknown_command
+from labgym.cli.commands import COMMANDS, CommandGroup, refuse_unknown_command, run_command
 from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import BAD_INPUT, DONE, FAILED, SIGNALED, complaints
 from labgym.cli.overview import overview
@@ -198,8 +198,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             words[1:] = group.named(words[1:])
         refuse_unknown_command(words)
         with raise_termination():
-            parser = command_app(words)
-            return int(parser.cli(prog="labgym", description=__doc__, args=words, config=(FlagCreatePairsOff,)))
+            return run_command(words)
     except LabgymError as error:
         return _fail(str(error))
     except (ImportError, MemoryError, RuntimeError, SystemError, ValueError) as error:

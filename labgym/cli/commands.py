@@ -6,12 +6,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from importlib import import_module
-from typing import Any
 
+import tyro
+from tyro.conf import FlagCreatePairsOff
 from tyro.extras import SubcommandApp
 
 from labgym.errors import OptionError
 
+CONFIG = (FlagCreatePairsOff,)
 SIMILAR = 0.6
 """Least similarity of a misspelled command to the one that is named for it."""
 
@@ -188,6 +190,8 @@ ALIKE: Mapping[str, str] = {
     "ranking": "leaderboard", "publish": "leaderboard", "submission": "submit",
     "dataset": "data", "learn": "train", "ppo": "train", "baselines": "policies", "models": "policies",
     "server": "serve", "install": "doctor", "info": "doctor", "start": "run", "pipeline": "run",
+    "simulate": "eval", "rollout": "eval", "demo": "view", "quickstart": "run", "website": "leaderboard",
+    "tasks": "labnav", "episodes": "labnav", "agents": "policies", "list": "policies",
     "speed": "bench", "suites": "labnav", "splits": "describe",
 }  # fmt: skip
 """Commands by other words for what they do."""
@@ -199,55 +203,20 @@ def command_function(reference: str) -> Callable[..., int]:
     return getattr(import_module(f"labgym.cli.{module}"), function)  # type: ignore[no-any-return]
 
 
-class DeferredFunction:
-    """Function of a command that is not named: it is imported only for an error that compares all options.
+def run_command(words: Sequence[str]) -> int:
+    """Parse the words of a command line, run the command that they name, and return its exit code.
 
-    Args:
-        reference: MODULE:FUNCTION in `labgym.cli`.
+    Only the module of that command is imported; for the help of a group, those of its commands.
     """
-
-    def __init__(self, reference: str) -> None:
-        self.reference = reference
-
-    @property
-    def __wrapped__(self) -> Callable[..., int]:
-        """The function, through which `inspect` and `typing` read the signature."""
-        return command_function(self.reference)
-
-    @property
-    def __annotations__(self) -> dict[str, Any]:  # type: ignore[override]
-        """The annotations of the function."""
-        return self.__wrapped__.__annotations__
-
-    def __call__(self, *arguments: Any, **keywords: Any) -> int:
-        """Call the function."""
-        return self.__wrapped__(*arguments, **keywords)
-
-
-def command_app(words: Sequence[str], commands: Mapping[str, str | CommandGroup] = COMMANDS) -> SubcommandApp:
-    """Return the parser of a command line, in which only the command that the words name is imported.
-
-    Where the words name no command, as for the help of a group, all commands of that group are imported: their
-    docstrings are listed.
-    """
-    app = SubcommandApp()
-    named = words[0] if words and words[0] in commands else None
-    for name, entry in commands.items():
-        if isinstance(entry, CommandGroup):
-            inner = command_app(words[1:], entry.commands) if name == named else _defer(SubcommandApp(), entry.commands)
-            app.command(inner, name=name, help=entry.help)
-        elif named in (None, name):
-            app.command(name=name)(command_function(entry))
-        else:
-            _defer(app, {name: entry})
-    return app
-
-
-def _defer(app: SubcommandApp, commands: Mapping[str, str]) -> SubcommandApp:
-    """Add commands whose descriptions are not listed, and return the parser."""
-    for name, reference in commands.items():
-        app.command(name=name, help="(not named)")(DeferredFunction(reference))
-    return app
+    entry, program, rest = COMMANDS[words[0]], f"labgym {words[0]}", list(words[1:])
+    if isinstance(entry, CommandGroup) and (not rest or rest[0] not in entry.commands):
+        app = SubcommandApp()
+        for name, reference in entry.commands.items():
+            app.command(name=name)(command_function(reference))
+        return int(app.cli(prog=program, description=entry.help, args=rest, config=CONFIG))
+    if isinstance(entry, CommandGroup):
+        entry, program, rest = entry.commands[rest[0]], f"{program} {rest[0]}", rest[1:]
+    return int(tyro.cli(command_function(entry), prog=program, args=rest, config=CONFIG))
 
 
 def refuse_unknown_command(words: Sequence[str]) -> None:
@@ -258,8 +227,8 @@ def refuse_unknown_command(words: Sequence[str]) -> None:
     """
     commands: Mapping[str, str | CommandGroup] = COMMANDS
     alike = ALIKE
-    for word in words:
-        if word.startswith("-"):
+    for place, word in enumerate(words):
+        if place and word.startswith("-"):
             return
         if word not in commands:
             raise OptionError(_unknown(word, commands, alike))
@@ -270,6 +239,8 @@ def refuse_unknown_command(words: Sequence[str]) -> None:
 
 
 def _unknown(word: str, commands: Mapping[str, object], alike: Mapping[str, str]) -> str:
-    nearest = [alike[word]] if word in alike else get_close_matches(word, commands, 1, SIMILAR)
+    first = word.split("-")[0]
+    known = [alike.get(word, first if first in commands else alike.get(first, ""))]
+    nearest = known if known[0] else get_close_matches(word, commands, 1, SIMILAR)
     hint = f" (nearest: {nearest[0]})" if nearest else ""
     return f"there is no command {word[:60]!r}{hint}; the commands are {', '.join(commands)}"

@@ -14,15 +14,19 @@ from labgym.envs.robot import ROBOT
 from labgym.envs.state import Pose, State
 from labgym.envs.tasks import Task
 from labgym.errors import DocumentError, LabgymError, OptionError, UnknownNameError
+from labgym.eval.driving.actions import StoredPolicy
 from labgym.eval.driving.drive import LabNavDrive
 from labgym.eval.driving.episode_row import LabNavRow
-from labgym.eval.driving.files import short_name
+from labgym.eval.driving.evaluation import Evaluation
+from labgym.eval.driving.files import ACTIONS, EpisodeActions, read_records, short_name
 from labgym.eval.driving.runner import open_driver, policy_source
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.foresight import in_place
 from labgym.eval.labnav.results import DriveTerms
+from labgym.eval.labnav.shown_drive import ShownThings
 from labgym.eval.labnav.suites import LabNavSuite, load_labnav
+from labgym.eval.labnav.summary import LabNavSummary
 from labgym.layouts import Layout
 from labgym.policies.kernels import kernel_mode
 from labgym.policies.registry import FILES, SERVER, is_class_place, policy_names, policy_place
@@ -153,6 +157,32 @@ def drive_again(
             watch,
         )
     return _shown(episode, first[0], drive, shots)
+
+
+def things_along(evaluation: Evaluation[LabNavSummary, LabNavRow], suite: LabNavSuite, key: str) -> ShownThings | None:
+    """Return where the things that a robot can push were along a drive; None if its actions are not known.
+
+    The drive is simulated again with its actions.
+
+    Args:
+        evaluation: the folder. suite: its suite. key: of the episode.
+    """
+    part, episode = suite.by_key[key]
+    row = next(row for row in evaluation.rows if row.key == key)
+    try:
+        actions = read_records(evaluation.folder / ACTIONS, EpisodeActions)[row.key].actions
+        policy = StoredPolicy(actions, row.error)
+    except (DocumentError, FileNotFoundError, KeyError, ValueError):
+        return None
+    summary, shots = evaluation.summary, list[dict[str, Pose]]()
+
+    def watch(state: State) -> None:
+        names = [placement.id for placement in state.task.layout.placements]
+        shots.append({names[body.owner]: body.pose for body in state.bodies if body.owner >= 0})
+
+    terms = DriveTerms.of(part, row.policy, summary.seed, suite.seconds, summary.latency)
+    drive_floor(policy, part.layout(episode.floor), (episode,), terms, watch, blind=True)
+    return ShownThings.along(shots)
 
 
 def driver_name(evaluation: LabNavEvaluation) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -115,6 +115,41 @@ class ShownPeople(Record):
     places: Packed
 
 
+class ShownThings(Record):
+    """The things that the robot can push, along a drive.
+
+    Attributes:
+        names: ids of their placements. dt: between two moments, seconds.
+        since: moment at which each thing is there, seconds.
+        places: packed rows of the x and y of each thing in centimeters and its yaw in hundredths of a radian.
+    """
+
+    names: Annotated[tuple[Annotated[str, Field(max_length=100)], ...], Field(max_length=100)]
+    dt: Length
+    since: Annotated[tuple[Length, ...], Field(max_length=100)]
+    places: Packed
+
+    @classmethod
+    def along(cls, shots: Sequence[Mapping[str, Pose]]) -> ShownThings | None:
+        """Return the things at their poses at the start and after each control step; None without things."""
+        names = sorted({name for shot in shots for name in shot})
+        if not names:
+            return None
+        first = {name: next(k for k, shot in enumerate(shots) if name in shot) for name in names}
+        last = {name: shots[first[name]][name] for name in names}
+        rows = []
+        for shot in shots:
+            last |= shot
+            rows.append([value for name in names for value in last[name]])
+        every = max(1, -(-len(shots) // MOST_MOMENTS))
+        return cls(
+            names=tuple(names),
+            dt=round(every * ROBOT.control_dt, 1),
+            since=tuple(round(first[name] * ROBOT.control_dt, 1) for name in names),
+            places=packed(np.array(rows, dtype=np.float64)[::every]),
+        )
+
+
 class ShownLeg(Record):
     """A drive of a shift: how it ended, whether the robot docked, and its time, seconds."""
 
@@ -131,7 +166,7 @@ class ShownDrive(Record):
         driven: path length, meters. away: distance from the goal at the end, meters.
         touches: control steps with a contact. contact: name of the thing whose touch ended the drive, "" without.
         error: of the policy, "" without. legs: in `shift`, the drives that were begun.
-        route: None if it is too long. people: None without people.
+        route: None if it is too long. people: None without people. things: None without things or their way.
     """
 
     key: Annotated[str, Field(max_length=200)]
@@ -146,14 +181,15 @@ class ShownDrive(Record):
     legs: Annotated[tuple[ShownLeg, ...], Field(max_length=MOST_LEGS)] = ()
     route: ShownRoute | None = None
     people: ShownPeople | None = None
+    things: ShownThings | None = None
 
     @classmethod
-    def of(cls, row: LabNavRow, route: Route, task: Task) -> ShownDrive:
+    def of(cls, row: LabNavRow, route: Route, task: Task, things: ShownThings | None = None) -> ShownDrive:
         """Return what is shown of a drive.
 
         Args:
             row: its results. route: poses at the start and after each control step; empty if it is not known.
-            task: the episode after its conditions.
+            task: the episode after its conditions. things: along the drive, if they are known.
         """
         drawn = route if len(route) <= LONGEST else ()
         return cls(
@@ -169,6 +205,7 @@ class ShownDrive(Record):
             legs=tuple(ShownLeg(ending=leg.ending, docked=leg.docked, time=round(leg.time, 1)) for leg in row.legs),
             route=shown_route(drawn) if len(drawn) else None,
             people=_shown_people(task, drawn),
+            things=things,
         )
 
 

@@ -12,6 +12,7 @@ from labgym.envs.labnav.nuisances import prepared
 from labgym.eval.driving.episode_row import LabNavRow
 from labgym.eval.driving.files import read_records, record_line
 from labgym.eval.evaluator import evaluate
+from labgym.eval.labnav.replay import things_along
 from labgym.eval.labnav.shown_drive import ShownDrive
 from labgym.eval.labnav.suites import PREFIX, LabNavSuite, load_labnav
 from labgym.eval.leaderboard.labnav import LabNavResult, Outcome, agreement
@@ -67,7 +68,8 @@ def publish_drives(
             continue
         part, episode = episodes[row.key]
         task = prepared(part.task, part.level, episode, part.layout(episode.floor))
-        shown.append(ShownDrive.of(row, evaluation.routes[row.key], task))
+        things = things_along(evaluation, suite, row.key) if task.pushable else None
+        shown.append(ShownDrive.of(row, evaluation.routes[row.key], task, things))
     differing = agreement(others, outcomes, suite.seconds).differing
     path = _path(summary.policy, place)
     write_bytes(path, b"".join(map(record_line, shown)))

@@ -7,6 +7,7 @@ import pytest
 
 from labgym.artefacts import artefacts
 from labgym.cli import main
+from labgym.envs.labnav.nuisances import prepared
 from labgym.errors import DocumentError
 from labgym.eval.labnav.suites import load_labnav
 from labgym.eval.leaderboard import drives as module
@@ -19,7 +20,7 @@ from labgym.eval.reports.site.episodes import episodes_shown
 from labgym.runs import ExecutorOptions
 
 RESULTS = {one.summary.policy: one for one in published_results()}
-KEYS = ("odometry-2/floors-test-0000/0", "people-2/floors-test-0000/0")
+KEYS = ("odometry-2/floors-test-0000/0", "people-2/floors-test-0000/0", "moved-2/floors-test-0000/1")
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +32,7 @@ def published(tmp_path_factory):
 
 def test_a_drive_that_ends_as_published_has_its_route_and_people(published):
     home, written = published
-    assert (written.count, written.differing) == (2, ())
+    assert (written.count, written.differing) == (3, ())
     drives = published_drives(RESULTS["straight"], home)
     assert set(drives) == set(KEYS)
     episodes = load_labnav("labnav").by_key
@@ -41,6 +42,9 @@ def test_a_drive_that_ends_as_published_has_its_route_and_people(published):
         assert drive.route.seconds == pytest.approx(RESULTS["straight"].by_key[key].time)
     assert drives[KEYS[0]].people is None
     assert len(drives[KEYS[1]].people.yields) > 1
+    part, episode = episodes[KEYS[2]]
+    pushable = prepared(part.task, part.level, episode, part.layout(episode.floor)).pushable
+    assert set() < set(drives[KEYS[2]].things.names) <= set(pushable)
 
 
 def test_a_drive_that_ends_otherwise_is_named_and_left_out(tmp_path):
@@ -84,7 +88,8 @@ def test_the_site_shows_the_published_routes(published, tmp_path):
     assert entry.moves
     runs = {one["key"]: one["runs"][0] for one in episodes_shown([entry], "labnav", tmp_path).episodes}
     assert all(run["route"]["poses"] for run in runs.values())
-    assert ["people" in runs[key] for key in KEYS] == [False, True]
+    assert ["people" in runs[key] for key in KEYS] == [False, True, False]
+    assert ["things" in runs[key] for key in KEYS] == [False, False, True]
     assert all(run["driven"] > 0.0 for run in runs.values())
 
 

@@ -16,9 +16,9 @@ from labgym.envs.labnav.nuisances import prepared
 from labgym.envs.robot_mesh import robot_mesh
 from labgym.errors import LabgymError
 from labgym.eval.evaluator import evaluate
-from labgym.eval.labnav.replay import drive_again
+from labgym.eval.labnav.replay import drive_again, things_along
 from labgym.eval.labnav.suites import LabNavSuite
-from labgym.eval.reports.site.replays import Replay, shape_data, things_along, write_replays
+from labgym.eval.reports.site.replays import Replay, shape_data, write_replays
 from labgym.scenes.mesh import MATERIAL_NAMES
 
 
@@ -94,6 +94,19 @@ def test_the_scene_has_every_placement_once_and_episodes_share_their_shapes(fold
     assert len(used) < len(poses)
 
 
+def test_a_beaker_is_on_the_robot_in_the_drives_that_carry_it(folder, tmp_path):
+    assert read(folder, "episodes/0")["payload"] is None
+    for name in ("carry", "shift"):
+        part = published_episodes(name, 2)
+        episode = part.episodes[0]
+        task = prepared(part.task, part.level, episode, part.layout(episode.floor))
+        place = write_replays([Replay(task)], tmp_path / name)
+        payload = read(place, "episodes/0")["payload"]
+        assert payload["legs"] == (task.conditions["payload"]["legs"] if name == "shift" else None)
+        heights = np.concatenate([part[..., 2].ravel() for _, _, part in decoded(read(place, payload["shape"]))])
+        assert 0.1 < heights.min() < heights.max() < 0.8
+
+
 def test_replays_are_small(folder):
     sizes = {path.name: path.stat().st_size for path in folder.rglob("*.js")}
     assert sizes["three.min.js"] < 700_000
@@ -112,11 +125,10 @@ def test_things_are_where_the_simulator_had_them(moved, tmp_path):
     part, episode = moved
     suite = LabNavSuite("labnav-moved-2", (part.only({f"moved-2/{episode.key}"}),))
     evaluation = evaluate("straight", suite, out=tmp_path / "run")
-    (row,) = evaluation.rows
-    moves = things_along(evaluation, part, episode, row)
+    moves = things_along(evaluation, suite, evaluation.rows[0].key)
     shots = drive_again("straight", part, episode).shots
-    places = np.cumsum(np.array(moves["places"]).reshape(-1, 3 * len(moves["names"])), axis=0) / 100.0
-    every = round(moves["dt"] / 0.1)
+    places = np.cumsum(np.array(moves.places).reshape(-1, 3 * len(moves.names)), axis=0) / 100.0
+    every = round(moves.dt / 0.1)
     assert len(places) == len(shots[::every])
     for place, shot in zip(places, shots[::every], strict=True):
         poses = sorted(body.pose for body in shot.bodies)

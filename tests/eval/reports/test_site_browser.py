@@ -295,6 +295,48 @@ def test_an_episode_replays_in_3d_where_its_route_leads(tab, page):
     assert tab.errors == []
 
 
+ROBOT_PIXELS = """(() => {
+  const gl = stage.renderer.getContext(), {width, height} = stage.canvas;
+  const [shown, without] = [true, false].map((visible) => {
+    stage.robot.visible = visible;
+    stage.renderer.render(stage.world, stage.camera);
+    const pixels = new Uint8Array(4 * width * height);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    return pixels;
+  });
+  stage.robot.visible = true;
+  return shown.filter((value, k) => k % 4 === 0 && value !== without[k]).length / (width * height);
+})()"""
+"""Share of the canvas that is different without the robot."""
+
+
+def test_the_camera_that_follows_sees_the_robot_along_a_drive(tab, page):
+    opened(tab, page, "e0")
+    canvas = "document.getElementById('space')"
+    tab.wait(f"{canvas}.dataset.state === 'ready'", seconds=60)
+    end = tab.value("state.end")
+    for share in (0.0, 0.3, 0.7, 1.0):
+        changed(tab, "clock", str(share * end))
+        tab.wait("stage.eye && stage.follow()", seconds=60)
+        assert tab.value(ROBOT_PIXELS) > 0.005, share
+    walls = "new Obstacles(stage.meshes, stage.bounds)"
+    start = tab.value("stage.pose")
+    assert tab.value(f"{walls}.between([{start[0]}, {start[1]}, 1.5], [-50, {start[1]}, 1.5])") is True
+    assert tab.value(f"{walls}.between([{start[0]}, {start[1]}, 3.1], [{start[0]}, {start[1]}, 1.6])") is False
+    assert tab.errors == []
+
+
+def test_the_robot_of_carry_has_its_beaker(tab, tmp_path):
+    part = published_episodes("carry", 2)
+    suite = LabNavSuite("labnav-carry-2", (part.only({f"carry-2/{part.episodes[0].key}"}),))
+    folder = write_folder(tmp_path / "run", suite, "one", "deployed", lambda _, __: 0.5, line_to_goal)
+    report_labnav([folder], published=())
+    opened(tab, folder / "report.html", "e0")
+    tab.wait("document.getElementById('space').dataset.state === 'ready' && stage.payload.visible", seconds=60)
+    assert tab.value("stage.payload.parent === stage.robot") is True
+    assert tab.errors == []
+
+
 def test_without_the_folder_of_replays_the_plan_stays_and_a_sentence_says_why(tab, page, tmp_path):
     alone = tmp_path / "alone.html"
     alone.write_bytes(page.read_bytes())

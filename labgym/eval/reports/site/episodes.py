@@ -12,16 +12,16 @@ from urllib.parse import quote
 
 import numpy as np
 
-from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes
 from labgym.envs.labnav.nuisances import prepared
 from labgym.envs.labnav.tasks import task_of
 from labgym.envs.tasks import Task
 from labgym.errors import LabgymError
+from labgym.eval.labnav.replay import things_along
 from labgym.eval.labnav.shown_drive import ShownDrive
-from labgym.eval.labnav.suites import load_labnav, suite_names
+from labgym.eval.labnav.suites import LabNavSuite, load_labnav, suite_names
 from labgym.eval.reports.site.entries import Entry
 from labgym.eval.reports.site.plans import plan_of_map, thing_name, world_of_episode
-from labgym.eval.reports.site.replays import Replay, things_along
+from labgym.eval.reports.site.replays import Replay
 from labgym.layouts import Layout
 from labgym.policies.registry import BUILT_IN
 
@@ -107,7 +107,7 @@ def episodes_shown(entries: Sequence[Entry], suite: str, home: Path, most: int =
             name += f"/{key}"
         if name not in shown.plans:
             shown.plans[name] = plan_of_map(task.old_map or task.layout)
-        shown.episodes.append(_episode(key, part, episode, task, name, entries, home))
+        shown.episodes.append(_episode(key, published, task, name, entries, home))
         shown.tasks.append(task)
     return shown
 
@@ -155,21 +155,16 @@ def _telling(entries: Sequence[Entry], keys: Sequence[str]) -> list[str]:
 
 
 def _episode(
-    key: str,
-    part: LabNavEpisodes,
-    episode: LabNavEpisode,
-    task: Task,
-    plan: str,
-    entries: Sequence[Entry],
-    home: Path,
+    key: str, suite: LabNavSuite, task: Task, plan: str, entries: Sequence[Entry], home: Path
 ) -> dict[str, Any]:
     """Return an episode as the page holds it."""
+    part, episode = suite.by_key[key]
     runs = [
         {
             "policy": number,
             "score": round(one.scores[key], 3),
             "ending": one.endings[key],
-            **_drive(one, key, part, episode, task, home),
+            **_drive(one, key, suite, task, home),
         }
         for number, one in enumerate(entries)
         if key in one.outcomes
@@ -189,17 +184,17 @@ def _episode(
     }
 
 
-def _drive(
-    one: Entry, key: str, part: LabNavEpisodes, episode: LabNavEpisode, task: Task, home: Path
-) -> dict[str, Any]:
+def _drive(one: Entry, key: str, suite: LabNavSuite, task: Task, home: Path) -> dict[str, Any]:
     """Return what the page holds of a drive: score, ending, facts, route, people, things, film and command."""
     row, outcome = one.rows.get(key), one.outcomes[key]
-    shown = one.drives.get(key) if row is None else ShownDrive.of(row, one.routes.get(key, ()), task)
+    if row is None:
+        shown = one.drives.get(key)
+    else:
+        folder = one.evaluation if task.pushable else None
+        things = None if folder is None else things_along(folder, suite, key)
+        shown = ShownDrive.of(row, one.routes.get(key, ()), task, things)
     drive: dict[str, Any] = {"score": round(outcome.score, 3), "ending": outcome.ending, "time": round(outcome.time, 1)}
     drive |= {} if shown is None else _facts_of(shown)
-    if one.evaluation is not None and row is not None and task.pushable:
-        things = things_along(one.evaluation, part, episode, row)
-        drive |= {} if things is None else {"things": things}
     if command := command_of(one, key):
         drive["command"] = command
     film = film_of(one, key, home)
@@ -216,7 +211,7 @@ def _facts_of(shown: ShownDrive) -> dict[str, Any]:
         "legs": [[leg.ending, int(leg.docked), leg.time] for leg in shown.legs],
         "error": shown.error,
     }
-    parts = {"route": shown.route, "people": shown.people}
+    parts = {name: getattr(shown, name) for name in MOVES}
     facts |= {name: part.model_dump(mode="json") for name, part in parts.items() if part is not None}
     return {name: value for name, value in facts.items() if value not in ("", [])}
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -24,21 +23,11 @@ from labgym.assets import Asset
 from labgym.assets.articulation import State as AssetState
 from labgym.assets.shapes import MATERIALS
 from labgym.documents import write_bytes
+from labgym.envs.conditions.beaker import beaker_shape
 from labgym.envs.conditions.figures import figure
-from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes
-from labgym.envs.robot import ROBOT
+from labgym.envs.conditions.payload import beaker_of, leg_payload_of
 from labgym.envs.robot_mesh import robot_mesh
-from labgym.envs.state import Pose, State
 from labgym.envs.tasks import Task
-from labgym.errors import DocumentError
-from labgym.eval.driving.actions import StoredPolicy
-from labgym.eval.driving.episode_row import LabNavRow
-from labgym.eval.driving.files import ACTIONS, EpisodeActions, read_records
-from labgym.eval.labnav.drive import drive_floor
-from labgym.eval.labnav.evaluation import LabNavEvaluation
-from labgym.eval.labnav.results import DriveTerms
-from labgym.eval.labnav.shown_drive import MOST_MOMENTS, packed
-from labgym.eval.labnav.suites import load_labnav
 from labgym.eval.reports.report import PACKAGE
 from labgym.layouts import Layout
 from labgym.layouts.floor import Finishes
@@ -130,7 +119,8 @@ def scene_data(task: Task, shapes: Shapes) -> dict[str, Any]:
 
     Returns:
         `building`, a shape; `placed`, each [shape, x, y, z, yaw, id]; `things` that can be pushed, likewise, where
-        they are at the start; `people` and `robot`, shapes.
+        they are at the start; `people` and `robot`, shapes; `payload`, None or the `shape` of the beaker on
+        the robot and the `legs` of a shift in which it is there, None for all.
     """
     fixed, names = task.fixed, frozenset(task.pushable)
     people = task.conditions.get("people", {}).get("people", ())
@@ -140,6 +130,7 @@ def scene_data(task: Task, shapes: Shapes) -> dict[str, Any]:
         "things": shapes.placed(task.layout, lambda name: name in names),
         "people": [shapes.name(("person", number), partial(_person, number)) for number in range(len(people))],
         "robot": shapes.name("robot", lambda: _faces(robot_mesh())),
+        "payload": _payload(task.conditions.get("payload"), shapes),
     }
 
 
@@ -165,56 +156,6 @@ def shape_data(vertices: NDArray[np.float64], faces: NDArray[np.int64], material
     return {"low": _rounded(low), "step": [float(f"{value:.9g}") for value in step], "parts": parts}
 
 
-def things_along(
-    evaluation: LabNavEvaluation, part: LabNavEpisodes, episode: LabNavEpisode, row: LabNavRow
-) -> dict[str, Any] | None:
-    """Return where the things that a robot can push were along a drive; None if its actions are not known.
-
-    The drive is simulated again with its actions.
-
-    Args:
-        evaluation: the folder. part, episode: of the suite. row: of the drive.
-
-    Returns:
-        `names`, ids of the things; `dt`, seconds; `since`, moment at which each thing is there; `places`, packed rows
-        of the x and y of each thing in centimeters and its yaw in hundredths of a radian.
-    """
-    try:
-        actions = read_records(evaluation.folder / ACTIONS, EpisodeActions)[row.key].actions
-        policy = StoredPolicy(actions, row.error)
-    except (DocumentError, FileNotFoundError, KeyError, ValueError):
-        return None
-    summary, shots = evaluation.summary, list[dict[str, Pose]]()
-
-    def watch(state: State) -> None:
-        names = [placement.id for placement in state.task.layout.placements]
-        shots.append({names[body.owner]: body.pose for body in state.bodies if body.owner >= 0})
-
-    seconds = load_labnav(summary.suite).seconds
-    terms = DriveTerms.of(part, row.policy, summary.seed, seconds, summary.latency)
-    drive_floor(policy, part.layout(episode.floor), (episode,), terms, watch, blind=True)
-    return _along(shots)
-
-
-def _along(shots: Sequence[Mapping[str, Pose]]) -> dict[str, Any] | None:
-    names = sorted({name for shot in shots for name in shot})
-    if not names:
-        return None
-    first = {name: next(k for k, shot in enumerate(shots) if name in shot) for name in names}
-    last = {name: shots[first[name]][name] for name in names}
-    rows = []
-    for shot in shots:
-        last |= shot
-        rows.append([value for name in names for value in last[name]])
-    every = max(1, math.ceil(len(shots) / MOST_MOMENTS))
-    return {
-        "names": names,
-        "dt": round(every * ROBOT.control_dt, 1),
-        "since": [round(first[name] * ROBOT.control_dt, 1) for name in names],
-        "places": packed(np.array(rows, dtype=np.float64)[::every]),
-    }
-
-
 def _building(layout: Layout) -> Faces:
     """Return floor, walls, and the installations of what stands there."""
     added = (patch for installation in installations(layout) for patch in installation.patches)
@@ -236,6 +177,13 @@ def _person(number: int) -> Faces:
         mesh = body.shape.mesh
         meshes.append(replace(mesh, vertices=mesh.vertices + np.array([*body.pose[:2], 0.0])))
     return _faces(joined(*meshes))
+
+
+def _payload(data: Any, shapes: Shapes) -> dict[str, Any] | None:
+    if data is None:
+        return None
+    beaker, legs = leg_payload_of(data) if "legs" in data else (beaker_of(data), None)
+    return {"shape": shapes.name(beaker, lambda: _faces(beaker_shape(beaker).mesh)), "legs": legs}
 
 
 def _faces(mesh: SceneMesh) -> Faces:

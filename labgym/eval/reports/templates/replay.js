@@ -88,7 +88,49 @@ function meshesOf(placed, shapes) {
   });
 }
 
+// ---- What the camera cannot see through, in cubes.
+
+const CUBE = 0.1, HIGHEST = 3.2; // meters
+
+class Obstacles {
+  constructor(meshes, [x0, y0, x1, y1]) {
+    this.low = [x0 - 0.5, y0 - 0.5, 0];
+    this.size = [x1 - x0 + 1, y1 - y0 + 1, HIGHEST].map((length) => Math.ceil(length / CUBE));
+    this.full = new Uint8Array(this.size[0] * this.size[1] * this.size[2]);
+    for (const { geometry, material } of meshes) if (!material.transparent) this.add(geometry.attributes.position.array, geometry.index.array);
+  }
+
+  // Index of the cube at a place; -1, which no array has, outside.
+  cube(...place) {
+    const [i, j, k] = place.map((value, axis) => Math.floor((value - this.low[axis]) / CUBE)), [nx, ny, nz] = this.size;
+    return i < 0 || j < 0 || k < 0 || i >= nx || j >= ny || k >= nz ? -1 : (k * ny + j) * nx + i;
+  }
+
+  add(positions, index) {
+    const [a, b, c] = [new Float32Array(3), new Float32Array(3), new Float32Array(3)], distance = (p, q) => Math.hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
+    for (let t = 0; t < index.length; t += 3) {
+      [a, b, c].forEach((corner, k) => { for (let axis = 0; axis < 3; axis++) corner[axis] = positions[3 * index[t + k] + axis]; });
+      const n = Math.ceil(Math.max(distance(a, b), distance(b, c), distance(c, a)) / (0.8 * CUBE)) || 1;
+      for (let i = 0; i <= n; i++) {
+        for (let j = 0; i + j <= n; j++) {
+          const u = i / n, v = j / n, w = 1 - u - v;
+          this.full[this.cube(u * a[0] + v * b[0] + w * c[0], u * a[1] + v * b[1] + w * c[1], u * a[2] + v * b[2] + w * c[2])] = 1;
+        }
+      }
+    }
+  }
+
+  between(from, to) {
+    const steps = Math.ceil(2 * Math.hypot(...from.map((value, axis) => to[axis] - value)) / CUBE);
+    for (let k = 0; k <= steps; k++) if (this.full[this.cube(...from.map((value, axis) => value + (to[axis] - value) * k / steps))]) return true;
+    return false;
+  }
+}
+
 // ---- The stage: a canvas with the scene of one episode, drawn when something changes.
+
+// Where the camera that follows can be: meters away from the robot and above the floor, and degrees aside from behind it.
+const EYES = [[2.3, 2.1], [1.4, 2.6], [0.5, 3.6]], ASIDE = [0, 25, -25, 50, -50, 80, -80, 110, -110, 145, -145, 180];
 
 class Stage {
   constructor(canvas) {
@@ -116,6 +158,8 @@ class Stage {
     this.room.clear();
     this.bounds = bounds.map((value) => value / 100);
     this.meshes = meshesOf([[scene.building, 0, 0, 0, 0], ...scene.placed], shapes);
+    this.obstacles = new Obstacles(this.meshes, this.bounds);
+    this.eye = null;
     const body = (name) => {
       const group = new THREE.Group(), meshes = meshesOf([[name, 0, 0, 0, 0]], shapes);
       this.meshes.push(...meshes);
@@ -123,9 +167,12 @@ class Stage {
       return group;
     };
     this.robot = body(scene.robot);
+    this.payload = scene.payload && body(scene.payload.shape);
+    this.loaded = (leg) => !scene.payload.legs || scene.payload.legs.includes(leg);
     this.people = scene.people.map((name) => { const group = body(name); group.add(this.shade(0.3)); return group; });
     this.things = scene.things.map(([name, x, y, z, yaw, id]) => { const group = body(name); group.position.z = z; return { group, id, rest: [x, y, yaw] }; });
     this.robot.add(this.shade(0.34));
+    if (this.payload) this.robot.add(this.payload);
     this.room.add(...this.meshes.filter((mesh) => !mesh.parent), this.robot, ...this.people, ...this.things.map((thing) => thing.group));
     const green = new THREE.MeshBasicMaterial({ color: '#2f9e4f' }), blue = new THREE.MeshBasicMaterial({ color: '#0f6fb5' });
     for (const [x, y, yaw] of episode.goals) {
@@ -162,8 +209,8 @@ class Stage {
     return new THREE.Mesh(geometry, material);
   }
 
-  // Put the robot, people and things at their poses [x, y, yaw]; null hides one.
-  move(robot, people, things) {
+  // Put the robot, people and things at their poses [x, y, yaw]; null hides one. A shift is at one of its legs.
+  move(robot, people, things, leg) {
     const put = (group, pose) => {
       group.visible = pose !== null;
       if (pose) { group.position.x = pose[0]; group.position.y = pose[1]; group.rotation.z = pose[2]; }
@@ -171,8 +218,8 @@ class Stage {
     put(this.robot, robot);
     this.people.forEach((group, number) => put(group, people[number] || null));
     for (const { group, id, rest } of this.things) put(group, things.has(id) ? things.get(id) : rest);
+    if (this.payload) this.payload.visible = this.loaded(leg);
     this.pose = robot;
-    if (this.mode === 'follow') this.follow();
     this.draw();
   }
 
@@ -185,16 +232,45 @@ class Stage {
       this.orbit.target.set(x, 0, -y);
       this.camera.position.set(x, mode === 'above' ? reach + 2 : 0.9 * reach, -y + (mode === 'above' ? 0.01 : 0.9 * reach));
       this.orbit.update();
-    } else if (this.pose) this.follow();
+    }
     this.draw();
   }
 
-  // Behind and above the robot, which looks along its heading.
+  // Look at the robot from behind and above, or from the nearest direction from which nothing hides it; return whether
+  // the camera has arrived there.
   follow() {
-    if (!this.pose) return;
-    const [x, y, yaw] = this.pose, away = 2.3;
-    this.camera.position.set(x - away * Math.cos(yaw), 2.1, -(y - away * Math.sin(yaw)));
-    this.camera.lookAt(x + Math.cos(yaw), 0.3, -(y + Math.sin(yaw)));
+    if (!this.pose) return true;
+    const best = this.directions().find(([, ...eye]) => !this.hides(eye)) || [0, ...EYES[0], 0];
+    const goal = best.slice(1), now = this.eye || goal, most = [0.06, 0.06, 4];
+    this.eye = goal.map((value, k) => now[k] + Math.max(-most[k], Math.min(most[k], value - now[k])));
+    const [x, y] = this.pose, [along, across] = this.heading(this.eye[2]);
+    const [cx, cy, cz] = this.position(this.eye);
+    this.camera.position.set(cx, cz, -cy);
+    this.camera.lookAt(x + along, 0.3, -(y + across));
+    return this.eye.every((value, k) => value === goal[k]);
+  }
+
+  // Candidates [cost, meters away, height, degrees aside], the best first: those near the present one change less.
+  directions() {
+    const now = this.eye ? this.eye[2] : 0;
+    return EYES.flatMap(([away, height], row) => ASIDE.map((aside) => [Math.abs(aside) + Math.abs(aside - now) / 2 + 120 * row, away, height, aside]))
+      .sort((one, other) => one[0] - other[0]);
+  }
+
+  heading(aside) {
+    const angle = this.pose[2] + aside * Math.PI / 180;
+    return [Math.cos(angle), Math.sin(angle)];
+  }
+
+  position([away, height, aside]) {
+    const [along, across] = this.heading(aside);
+    return [this.pose[0] - away * along, this.pose[1] - away * across, height];
+  }
+
+  // Whether something hides the base or the head of the robot.
+  hides(eye) {
+    const from = this.position(eye), [along, across] = this.heading(eye[2]);
+    return [0.25, 1.1].some((z) => this.obstacles.between(from, [this.pose[0] - 0.3 * along, this.pose[1] - 0.3 * across, z]));
   }
 
   resize() {
@@ -210,10 +286,12 @@ class Stage {
     if (this.asked) return;
     this.asked = requestAnimationFrame(() => {
       this.asked = 0;
+      const arrived = this.mode !== 'follow' || this.follow();
       this.world.background = new THREE.Color(getComputedStyle(document.body).getPropertyValue('--soft').trim());
       this.renderer.render(this.world, this.camera);
       this.canvas.dataset.pose = JSON.stringify(this.pose);
       this.canvas.dataset.triangles = this.renderer.info.render.triangles;
+      if (!arrived) this.draw();
     });
   }
 }

@@ -183,7 +183,7 @@ async function load(episode, policy) {
     const scene = await loadData(`episodes/${number}`);
     if (state.episode !== number) return;
     showPlan({ ...episode, runs: episode.runs.map((run) => ({ ...run, ...scene.moves[run.policy] })) }, policy);
-    const names = [...new Set([scene.building, scene.robot, ...scene.people, ...[...scene.placed, ...scene.things].map((each) => each[0])])];
+    const names = [...new Set([scene.building, scene.robot, ...(scene.payload ? [scene.payload.shape] : []), ...scene.people, ...[...scene.placed, ...scene.things].map((each) => each[0])])];
     const [contents] = await Promise.all([Promise.all(names.map(loadData)), loadThree()]);
     if (state.episode !== number) return;
     stage = stage || new Stage(byId('space'));
@@ -216,7 +216,7 @@ function moveSpace() {
   if (state.ready !== state.episode) return;
   if (!drive) {
     const [x, y, yaw] = episode.start;
-    stage.move([x / 100, y / 100, yaw * Math.PI / 180], [], new Map());
+    stage.move([x / 100, y / 100, yaw * Math.PI / 180], [], new Map(), 0);
     return;
   }
   const [x, y, yaw] = poseAt(drive, state.time), people = [], things = new Map();
@@ -229,7 +229,8 @@ function moveSpace() {
     const places = between(drive.moved, drive.things.dt, state.time);
     drive.things.names.forEach((name, i) => things.set(name, state.time < drive.things.since[i] ? null : [places[3 * i] / 100, places[3 * i + 1] / 100, places[3 * i + 2] / 100]));
   }
-  stage.move([x / 100, y / 100, yaw * Math.PI / 180], people, things);
+  const ends = (drive.legs || []).map((_, k, legs) => legs.slice(0, k + 1).reduce((sum, one) => sum + one[2], 0));
+  stage.move([x / 100, y / 100, yaw * Math.PI / 180], people, things, ends.slice(0, -1).filter((end) => end <= state.time).length);
 }
 
 function showPlan(episode, policy) {
