@@ -112,11 +112,9 @@ def acid_goes_into_water(case: ProtocolCase) -> Iterator[Finding]:
         acids = [
             name
             for name, volume in situation.contents.items()
-<<<<<<< HEAD
-            if volume >= 5.0 and not CONCENTRATED.isdisjoint(case.catalog.get(name).groups)
-=======
-            if volume >= 5.0 and _has_group(case.catalog.get(name), CONCENTRATED) and not _is_dilute(case, name)
->>>>>>> h-proc
+            if volume >= 5.0
+            and not CONCENTRATED.isdisjoint(case.catalog.get(name).groups)
+            and not _is_dilute(case, name)
         ]
         watered = WATER in [asset.name for asset in situation.added] or WATER_ADDED.search(step.text)
         onto_water = POURED_ONTO.search(step.text) and not WATER_INTO_ACID.search(step.text)
@@ -142,13 +140,8 @@ def peroxides_are_tested_for(case: ProtocolCase) -> Iterator[Finding]:
             continue
         dry = bool(TO_DRYNESS.search(text)) and not NOT_TO_DRYNESS.search(text)
         pumped = any(asset.family in REDUCED_PRESSURE for asset in situation.devices)
-<<<<<<< HEAD
         formers = [asset for name in situation.contents if forms_peroxides(asset := case.catalog.get(name))]
-        severe = [asset for asset in formers if _forms_peroxides_in_storage(asset)]
-=======
-        formers = [asset for name in situation.contents if _forms_peroxides(asset := case.catalog.get(name))]
         severe = [asset for asset in formers if forms_peroxides_in_storage(asset)]
->>>>>>> h-proc
         if not formers:
             continue
         name = (severe or formers)[0].name
@@ -232,8 +225,6 @@ def _has_statement(asset: Asset, codes: tuple[str, ...]) -> bool:
     return asset.chemistry is not None and not set(codes).isdisjoint(asset.chemistry.h_codes)
 
 
-<<<<<<< HEAD
-=======
 def _is_dilute(case: ProtocolCase, name: str) -> bool:
     """Return whether a protocol takes an acid as a dilute solution only."""
     amounts = [
@@ -246,11 +237,6 @@ def _is_dilute(case: ProtocolCase, name: str) -> bool:
     )
 
 
-def _has_group(asset: Asset, groups: frozenset[str]) -> bool:
-    return asset.chemistry is not None and not groups.isdisjoint(asset.chemistry.groups)
-
-
->>>>>>> h-proc
 def products_may_be_made(case: ProtocolCase) -> Iterator[Finding]:
     """Check that the product is not an explosive, a weapon, a controlled drug or a substance that kills in traces."""
     try:
