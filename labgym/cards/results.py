@@ -103,7 +103,7 @@ Command: `labgym eval --policy {summary.policy} --suite {summary.suite.name}`, s
     def _failures_section(self) -> str:
         failures = self.failures
         if not failures:
-            return "Every episode succeeded."
+            return "In these single rooms, every episode succeeded."
         drawn = min(len(failures), SHOWN_FAILURES)
         shown = "." if drawn == len(failures) else f"; the first {drawn} are drawn."
         lines = [f"{len(failures)} of {len(self.evaluation.rows)} episodes failed{shown}", ""]
