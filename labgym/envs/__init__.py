@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from labgym.envs.robot import RobotSpec
+from labgym.envs.robot import RobotSpec, robot_spec
 
 if TYPE_CHECKING:
     from labgym.envs.config import PointNavConfig
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from labgym.envs.point_nav import LabPointNavEnv
     from labgym.envs.pool import LayoutPool
 
-__all__ = ["LabPointNavEnv", "LayoutPool", "PointNavConfig", "RewardWeights", "RobotSpec"]
+__all__ = ["LabPointNavEnv", "LayoutPool", "PointNavConfig", "RewardWeights", "RobotSpec", "robot_spec"]
 
 
 def __getattr__(name: str) -> Any:
