@@ -75,7 +75,7 @@ def test_a_broken_file_is_named(published, tmp_path):
     _, written = published
     broken = tmp_path / "straight.jsonl"
     broken.write_bytes(written.path.read_bytes() + b'{"key": 1}\n')
-    with pytest.raises(DocumentError, match=r"straight\.jsonl.*line 3"):
+    with pytest.raises(DocumentError, match=r"straight\.jsonl.*line 4"):
         published_drives(RESULTS["straight"], tmp_path)
     assert published_drives(RESULTS["stack"], tmp_path) == {}
 
