@@ -17,6 +17,7 @@ from labgym.errors import OptionError
 from labgym.training.environments import make_environments
 from labgym.training.guided import Guided, guided
 from labgym.training.hyperparameters import Hyperparameters
+from labgym.training.run import RunSettings, train
 
 ROOM = {"layout": "test-sub_01", "max_episode_steps": 60}
 
@@ -68,3 +69,16 @@ def test_the_expert_drives_to_the_goal_by_what_it_says(vectorization):
 def test_imitation_without_ppo_is_refused():
     with pytest.raises(OptionError, match="sac has no imitation"):
         Hyperparameters("sac", "LabPointNav-v0", 1, 1, imitation=100)
+
+
+def test_imitation_needs_goal_and_lidar_and_environments_in_this_process(tmp_path):
+    with pytest.raises(OptionError, match="goal and lidar"):
+        Guided(make_environments("LabFloorNavDepth-v0", 1, "dummy", **ROOM))
+    imitating = Hyperparameters("ppo", "LabPointNav-v0", 1, 1, imitation=100)
+    with pytest.raises(OptionError, match="'processes'"):
+        train(imitating, RunSettings(tmp_path, vectorization="processes"))
+
+
+def test_a_device_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(OptionError, match=r"^device 'abacus' is not there"):
+        RunSettings(tmp_path, device="abacus")
