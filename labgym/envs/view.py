@@ -94,6 +94,12 @@ OVERSAMPLING = 1.25
 STANDARD = DifferentialDrive()
 """The differential robot."""
 
+SHADOW_RADII_M, SHADOW_STEP_M = (0.37, 0.34, 0.31), 0.003
+"""Radii of the discs of a contact shadow, and the height of each above the one before."""
+SHADOW_COLOR = np.array([0.0, 0.0, 0.0, 0.1], dtype=np.float32)
+FARTHEST_M = 1e6
+"""Distance from the camera that a shadow is said to have, meters: all else that is transparent is before it."""
+
 NOT_DRAWN = 5
 """Geom group that MuJoCo does not draw by default."""
 
@@ -169,6 +175,10 @@ class ChaseView:
             model.geom_group[~in_view(model, data, camera, self._size[0] / self._size[1])] = NOT_DRAWN
         self._renderer.update_scene(data, camera)
         model.geom_group[:] = groups
+        if self._quality == "fast":
+            walking = [body.pose for body in bodies if body.name.startswith("person")]
+            for x, y, _ in (pose, *walking):
+                _add_contact_shadow(self._renderer.scene, x, y)
         if self._quality == "fine":
             return np.array(self._renderer.render(), dtype=np.uint8)
         return np.asarray(cv2.resize(self._renderer.render(), self._size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
@@ -229,6 +239,18 @@ def _place(data: mujoco.MjData, pose: Pose, simulation: Physics | None, bodies: 
             data.joint(PREFIX + name).qpos[0] = value
     place_bodies(data, bodies)
     mujoco.mj_forward(model, data)
+
+
+def _add_contact_shadow(scene: mujoco.MjvScene, x: float, y: float) -> None:
+    """Darken the floor under something, more in the middle; a fast picture has no other shadow."""
+    for number, radius in enumerate(SHADOW_RADII_M[: scene.maxgeom - scene.ngeom]):
+        size, place = (radius, SHADOW_STEP_M / 4.0, 0.0), (x, y, SHADOW_STEP_M * (number + 1))
+        geom = scene.geoms[scene.ngeom]
+        mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_CYLINDER, size, place, np.eye(3).ravel(), SHADOW_COLOR)
+        # These stay what an earlier picture left there. What is transparent is drawn in the order of camdist.
+        geom.category, geom.transparent, geom.camdist = mujoco.mjtCatBit.mjCAT_DECOR, 1, FARTHEST_M - scene.ngeom
+        geom.objtype, geom.objid, geom.segid = mujoco.mjtObj.mjOBJ_UNKNOWN, -1, -1
+        scene.ngeom += 1
 
 
 def _camera(pose: Pose, station: tuple[float, float]) -> mujoco.MjvCamera:

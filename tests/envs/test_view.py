@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from labgym.envs import LabPointNavEnv
+from labgym.envs import LabPointNavEnv, view
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout
 from labgym.scenes import MissingRendererError, Quality
@@ -44,6 +44,17 @@ def test_the_picture_shows_the_robot_in_the_requested_size(env: LabPointNavEnv) 
     assert image.shape == (240, 320, 3)
     assert image.dtype == np.uint8
     assert accent(image[60:180, 80:240]) > 10
+
+
+def test_the_floor_is_darker_where_the_robot_stands_on_it(env: LabPointNavEnv, monkeypatch: pytest.MonkeyPatch) -> None:
+    shaded = picture(env).astype(int).sum(axis=2)
+    monkeypatch.setattr(view, "SHADOW_RADII_M", ())
+    bright = picture(env).astype(int).sum(axis=2)
+    rows, columns = np.nonzero(shaded != bright)
+    assert len(rows) > 100
+    assert (shaded[rows, columns] < bright[rows, columns]).mean() > 0.98
+    assert np.abs(np.median(rows) - 130) < 60
+    assert np.abs(np.median(columns) - 160) < 60
 
 
 @pytest.mark.parametrize("pair", [0, 1, 2])
