@@ -43,9 +43,13 @@ class Panel:
         axes.set_axis_off()
 
     def title(self, layout: Layout, protocol: Protocol | None) -> None:
-        """Write the protocol's name, and the layout's id and size."""
+        """Write the protocol's name, those of the others of the layout, and the layout's id and size."""
         for line in textwrap.wrap(protocol.name if protocol else layout.id, 30)[:3]:
             self._text(line, 10.0, weight="bold", line=0.19)
+        others = [each.name for each in layout.protocols if protocol is None or each.id != protocol.id]
+        for name in others if len(layout.protocols) > 1 else ():
+            for line in textwrap.wrap(f"and {name}", 42)[:2]:
+                self._text(line)
         size, count = floor_size(layout.floor), f"{len(layout.placements)} objects, grid 1 m"
         for line in (layout.id, size, count):
             self._text(line, color=palette.MUTED)

@@ -65,6 +65,16 @@ def test_objects_stand_where_the_layout_says():
         assert pixel(png, x, y) == pytest.approx(expected, abs=0.01)
 
 
+def test_a_plan_names_all_protocols_of_its_laboratory():
+    first, second = protocols()["sub_01"], protocols()["cyc_03"]
+    both = layout().replace(protocols=(first, second))
+    for shown, title in ((first, first.name), (None, "picture")):
+        texts = " ".join(text.get_text() for axes in topdown(both, shown).axes for text in axes.texts)
+        assert title in texts
+        assert f"and {second.name}" in texts
+        assert (f"and {first.name}" in texts) == (shown is None)
+
+
 def test_locations_that_the_layout_lacks_are_left_out_of_the_route():
     picture = topdown(layout(), protocols()["sub_01"])
     texts = [text.get_text() for axes in picture.axes for text in axes.texts]
