@@ -292,10 +292,11 @@ def _sb3(inside: bool) -> Callable[[Random | None], Case]:
         def reset(self, *, seed: Any = None, options: Any = None) -> Any:
             return self.observation_space.sample(), {}
 
-    path = Path("seed.zip").absolute()
-    PPO("MultiInputPolicy", Still(), n_steps=2, batch_size=2, policy_kwargs={"net_arch": [4]}, device="cpu").save(path)
+    buffer = io.BytesIO()
+    network = {"net_arch": [4]}
+    PPO("MultiInputPolicy", Still(), n_steps=2, batch_size=2, policy_kwargs=network, device="cpu").save(buffer)
     change = partial(mutated_zip, change=_changed_model) if inside else mutated_bytes
-    return one_file("a.zip", path.read_bytes(), change)
+    return one_file("a.zip", buffer.getvalue(), change)
 
 
 def _changed_model(rng: Random, name: str, data: bytes) -> bytes:
