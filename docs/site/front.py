@@ -25,7 +25,7 @@ GALLERY = {
 }
 """Captions of docs/pictures/gallery_NAME.jpg by name."""
 LABNAV = f"""<p><a href="{LEADERBOARD}#leaderboard">Leaderboard</a>: the tasks of LabNav and all published policies.
-<a href="{LEADERBOARD}#episodes">Replays</a>: 60 episodes in 3D beside their plan, in this browser.</p>
+<a href="{LEADERBOARD}#episodes">Replays</a>: watch 60 episodes in 3D next to their floor plans.</p>
 """
 NO_RUNS = "<li><code>make run</code> adds one; then build the site again.</li>"
 FIGURE = '<figure><img loading="lazy" src="{0}" alt="{1}"><figcaption>{1}</figcaption></figure>'

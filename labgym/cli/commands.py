@@ -240,7 +240,7 @@ def refuse_unknown_command(words: Sequence[str]) -> None:
 
 def _unknown(word: str, commands: Mapping[str, object], alike: Mapping[str, str]) -> str:
     first = word.split("-")[0]
-    known = [alike.get(word, first if first in commands else alike.get(first, ""))]
-    nearest = known if known[0] else get_close_matches(word, commands, 1, SIMILAR)
-    hint = f" (nearest: {nearest[0]})" if nearest else ""
+    nearest = alike.get(word) or (first if first in commands else alike.get(first))
+    nearest = nearest or next(iter(get_close_matches(word, commands, 1, SIMILAR)), None)
+    hint = f" (nearest: {nearest})" if nearest else ""
     return f"there is no command {word[:60]!r}{hint}; the commands are {', '.join(commands)}"

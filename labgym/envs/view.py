@@ -247,7 +247,7 @@ def _add_contact_shadow(scene: mujoco.MjvScene, x: float, y: float) -> None:
         size, place = (radius, SHADOW_STEP_M / 4.0, 0.0), (x, y, SHADOW_STEP_M * (number + 1))
         geom = scene.geoms[scene.ngeom]
         mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_CYLINDER, size, place, np.eye(3).ravel(), SHADOW_COLOR)
-        # These stay what an earlier picture left there. What is transparent is drawn in the order of camdist.
+        # `mjv_initGeom` leaves these fields as the last picture set them; transparent geoms are sorted by `camdist`.
         geom.category, geom.transparent, geom.camdist = mujoco.mjtCatBit.mjCAT_DECOR, 1, FARTHEST_M - scene.ngeom
         geom.objtype, geom.objid, geom.segid = mujoco.mjtObj.mjOBJ_UNKNOWN, -1, -1
         scene.ngeom += 1

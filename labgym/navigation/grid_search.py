@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,12 +53,25 @@ def astar(
     source, target = (r0 + 1) * width + c0 + 1, (r1 + 1) * width + c1 + 1
     prices = np.pad(np.ones(grid.shape) if costs is None else costs, 1, constant_values=1.0).ravel()
     predecessors = search(blocked, prices, width, source, target)
-    cells = [target]
-    while cells[-1] != source:
-        cells.append(int(predecessors[cells[-1]]))
+    cells = followed(predecessors, target, source)
+    assert cells is not None  # They are connected.
     rows, columns = np.divmod(np.array(cells[::-1]), width)
     xs, ys = grid.centres()
     return np.column_stack([xs[columns - 1], ys[rows - 1]])
+
+
+def followed(onward: NDArray[np.integer[Any]], start: int, end: int) -> list[int] | None:
+    """Return the cells from a start to an end, both included; None if the way breaks off.
+
+    Args:
+        onward: number of the next cell of each cell; negative: the way ends there.
+    """
+    cells = [start]
+    while cells[-1] != end:
+        cells.append(int(onward[cells[-1]]))
+        if cells[-1] < 0:
+            return None
+    return cells
 
 
 def distance_field(grid: OccupancyGrid, *sources: Point) -> NDArray[np.float64]:

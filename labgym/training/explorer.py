@@ -12,6 +12,7 @@ from labgym.geometry import Array, rotate, wrap_angle
 from labgym.layouts import Layout
 from labgym.machine_code import entry
 from labgym.navigation import PLANNING_RADIUS, Pose
+from labgym.navigation.grid_search import followed
 from labgym.navigation.search_kernel import search
 
 CELL_M = 0.1
@@ -105,12 +106,9 @@ class Explorer:
         cells = np.clip(cells, 1, (width - 2, height - 2))
         source, target = (cells[:, 1] * width + cells[:, 0]).tolist()
         blocked, prices = priced(self._cells, source, target)
-        before = search(blocked, prices, width, source, target)
-        way = [target]
-        while way[-1] != source:
-            way.append(int(before[way[-1]]))
-            if way[-1] < 0:
-                return np.array([here, goal])
+        way = followed(search(blocked, prices, width, source, target), target, source)
+        if way is None:
+            return np.array([here, goal])
         rows, columns = np.divmod(np.array(way[::-1]), width)
         return self._origin + (np.column_stack([columns, rows]) + 0.5) * CELL_M
 

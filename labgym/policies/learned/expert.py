@@ -13,7 +13,7 @@ from labgym.envs.robot import turn_towards
 from labgym.envs.tasks import Task
 from labgym.layouts import Layout
 from labgym.navigation import PLANNING_RADIUS, Pose, occupancy
-from labgym.navigation.grid_search import grid_graph
+from labgym.navigation.grid_search import followed, grid_graph
 from labgym.policies.grid_planner import clearance_field
 from labgym.policies.tracking import PathTracker, TrackingOptions
 
@@ -59,13 +59,9 @@ class Atlas:
             self._next[target] = dijkstra(
                 self._graph, directed=False, indices=target[0] * width + target[1], return_predecessors=True
             )[1].astype(np.int32)
-        onward, cell, end = self._next[target], source[0] * width + source[1], target[0] * width + target[1]
-        cells = [cell]
-        while cell != end:
-            cell = int(onward[cell])
-            if cell < 0:
-                return None
-            cells.append(cell)
+        cells = followed(self._next[target], source[0] * width + source[1], target[0] * width + target[1])
+        if cells is None:
+            return None
         rows, columns = np.divmod(np.array(cells), width)
         xs, ys = self._grid.centres()
         return np.concatenate([[start], _smooth(np.column_stack([xs[columns], ys[rows]])), [goal]])

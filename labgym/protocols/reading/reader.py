@@ -62,7 +62,7 @@ _GAINED = frozenset((
 ))  # fmt: skip
 """Words of clauses in which an amount may be of a product."""
 SHORTEST_HOLD_MIN = 0.5
-"""Shortest period of a sentence without an operation, minutes; what is shorter is a peak of a spectrum ("3.4 s")."""
+"""Shortest time, minutes, that a sentence without an operation may state; "3.4 s" is a peak in a spectrum."""
 _LASTING = frozenset(("after", "for", "run", "performed", "carried", "conducted", "reaction", "within"))
 """Words of a sentence without an operation that tells how long something is held."""
 _PREPARED = frozenset(("prepared", "made", "synthesized", "synthesised"))
@@ -297,8 +297,9 @@ def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:
 def _add_rest(draft: ActionDraft, operation: PhrasedOperation, begin: int) -> None:
     """Let an operation take substances that it names and that no rule gives to it, which is assumed.
 
-    What is measured is added before it: "in the presence of PtO2 (0.6 g)", "a suspension prepared from 14 g of NaH". An
-    operation that takes nothing takes what stands behind a preposition: "dried by passage through sodium sulfate".
+    Substances with an amount are added first: "in the presence of PtO2 (0.6 g)", "a suspension prepared from 14 g of
+    NaH". If the operation takes nothing else, it takes the object of a preposition: "dried by passage through sodium
+    sulfate".
 
     Args:
         draft: grows.
