@@ -28,7 +28,7 @@ from labgym.protocols.reading.stated import held_at
 from labgym.protocols.reading.tokens import Token
 
 _PARTS = LAYERS | EXTRACTS | {"filtrates"}
-_BATCHES = frozenset(("mixture", "solution", "reaction", "residue", "suspension", "slurry"))
+_BATCHES = SOLID | {"mixture", "solution", "reaction", "residue", "suspension", "slurry", "product", "filtrate"}
 _MIXING = ("combin", "mix", "plac", "blend", "admix", "put", "introduc")
 """Beginnings of words behind which "in" names a solvent that is added, too."""
 
@@ -135,7 +135,10 @@ def _is_batch_added(draft: ActionDraft, operation: PhrasedOperation) -> bool:
     """Return whether the batch itself is added to something: "The mixture was added to ice"."""
     head = operation.head
     if head.passive:
-        return any(set(phrase.nouns) & _BATCHES for phrase in operation.before if phrase.prep == "")
+        subject = [phrase for phrase in operation.before if phrase.prep in ("", "to", "into") and phrase.nouns]
+        return any(set(phrase.nouns) & _BATCHES and not phrase.prep for phrase in subject) or (
+            bool(draft.actions) and not subject and not substances(operation.before)
+        )
     return head.low == "added" and not operation.before and bool(draft.actions)
 
 
@@ -197,7 +200,7 @@ def treat(draft: ActionDraft, operation: PhrasedOperation) -> None:
         draft.charge(held, always=verb == "Add" and not draft.actions)
     reagents = with_substances(after, "with", "by", "using", "of", "into", "to", "")
     if verb in ("Triturate", "Quench") or head.low.startswith("dilut"):
-        reagents = reagents or with_substances(after, "in")
+        reagents = reagents or with_substances(after, "in", "over", "onto", "on")
     if verb == "Quench" and not reagents and head.low.startswith("terminat"):
         return
     if verb == "Hydrogenate":
@@ -322,7 +325,7 @@ def crystallize(draft: ActionDraft, operation: PhrasedOperation) -> None:
     if precipitation and with_substances(operation.after, "into", "onto"):
         pour(draft, operation)
         return
-    used = with_substances(operation.after, "from", "in", "with", "using", "of", "by", "under", "")
+    used = with_substances(operation.after, "from", "in", "with", "using", "of", "out", "by", "under", "")
     used = used or with_substances(operation.before, "in", "from")
     if head.passive:
         draft.charge([phrase for phrase in operation.before if phrase.prep == "" and phrase.is_measured])

@@ -46,7 +46,7 @@ _BEFORE = (
     r"|(?<=\[)(?=\d[\d.,]{0,8} (?:[km]?g|m[lL]|m?mol)\b))(?<!\d/)"
 )
 _UNIT = {
-    "mass": r"[Kk]g|mg|μg|ug|gms?|[Gg]rams?|G(?=\.)|grammes?|milligrams?|kilograms?|micrograms?|g|Mg(?=\.? of\b)"
+    "mass": r"[Kk]g|mg|μg|ug|gms?|[Gg]rams?|G(?=\.| of\b| \()|grammes?|milligrams?|kilograms?|micrograms?|g|Mg(?=\.? of\b)"
     r"|lbs?|pounds?|oz|ounces?",
     "volume": r"m[lL]s?|ML|Ml(?=\.? of\b)|cc"
     r"|c\.c\.|μ ?[lL]|u[lL]|[dc]l|cm3|dm3|[lL]iters?|[lL]itres?|milli[lL]it(?:er|re)s?"
@@ -63,7 +63,7 @@ _UNIT = {
     "pressure": r"mbar|bars?|psig?|psia|p\.s\.i\.?|pounds per square inch|"
     r"atm(?:os(?:pheres?)?)?|torr|Torr|mm\.? ?(?:of )?Hg|mm ?hg|kPa|"
     r"MPa|hPa|Pa|kg\.?/cm2|millibar",
-    "other": r"MHz|Hz|rpm|nm|W|kW|eV|mesh|stages|cm-1|cm|mm|mμ|μm?|Å|inch(?:es)?",
+    "other": r"[Nn]eck(?:ed)?|[Aa]ngstr[oö]ms?|MHz|Hz|rpm|nm|W|kW|eV|mesh|stages|cm-1|cm|mm|mμ|μm?|Å|inch(?:es)?",
 }  # fmt: skip
 _ORDER: tuple[Kind, ...] = (
     "pressure", "equivalents", "substance", "percent", "mass", "volume", "parts", "other", "time", "temperature",
@@ -75,7 +75,8 @@ _APPROXIMATE = r"(?:about|approx(?:imately)?\.?|ca\.?|circa|~)"
 _VALUE = re.compile(
     rf"{_BEFORE}(?P<sign>[-+~<>]{{0,2}})(?P<low>{_N})"
     rf"(?: ?[x×] ?10(?: ?\^)? ?(?P<power>- ?\d{{1,2}})(?![\d.]))?"
-    rf"(?P<inner> ?°(?: ?C\.?)?)?(?: ?(?:-|to|~) ?{_APPROXIMATE}? ?\+?(?P<neg>-)?(?P<high>{_N}))?"
+    rf"(?P<inner> ?°(?: ?C\.?)?)?(?: ?(?:±|\+/-) ?\d{{1,3}}(?:\.\d{{1,3}})?)?"
+    rf"(?: ?(?:-|to|~) ?{_APPROXIMATE}? ?\+?(?P<neg>-)?(?P<high>{_N}))?"
 )
 _SPOKEN = re.compile(
     r"(?<![A-Za-z-])(?!a second\b|a drop at a time)(?P<word>half an?|one half|an?|(?:a )?few|several|another|a further|"
@@ -282,6 +283,8 @@ def _is_label(text: str, unit: re.Match[str]) -> bool:
     following = text[unit.end() : unit.end() + 1]
     if unit[0] == "d" and text[unit.start() - 1] == "-":
         return True  # the fusion of rings, "pyrido(2,3-d)pyrimidine"
+    if unit[0] == "C" and text[unit.start() - 3 : unit.start()] in (" 13", "(13"):
+        return True  # the isotope
     return (following == "-" and len(unit[0]) == 1) or (len(unit[0]) == 1 and unit[0] in "CsdN" and following == "=")
 
 

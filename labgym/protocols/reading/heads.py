@@ -237,6 +237,8 @@ def _special(at: _Place) -> Head | None:
     token, rest = at.token, at.tokens[at.place + 1 :]
     if token.low == "reaction" and at.place == 0 and at.after == "of":
         return at.head(VerbWord("Add", "with", True))
+    if token.low == "weighed" and at.after in ("out", "into", "in"):
+        return at.head(VerbWord("Add", "theme"))
     if token.low == "followed" and at.after == "by":
         if not any(item.kind == "verb" for item in at.tokens[: at.place]) and any(
             item.low == "added" and earlier.low in AUXILIARIES for earlier, item in pairwise(rest)

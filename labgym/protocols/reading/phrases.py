@@ -277,8 +277,10 @@ def _measure(
     phrase.ratios += [figure for figure in amounts if figure not in measured]
     strong = any(figure.kind in STRENGTHS for figure in measured)
     words = [item.low for item in inner]
-    if names and "in" in words:
-        solvent = next((part for part in read_phrases(inner) if part.prep == "in" and part.substances), None)
+    dissolved = "in" in words
+    if names and (dissolved or (strong and not SOLUTIONS.isdisjoint(words))):
+        parts = [part for part in read_phrases(inner) if part.substances]
+        solvent = next((part for part in parts if part.prep == "in" or not dissolved), None)
         stock = strong and not {"dispersion", "suspension"} & set(words)
         if solvent is not None and (stock or (not strong and solvent.is_measured)):
             dissolving = solvent.substances[0]

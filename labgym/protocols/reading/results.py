@@ -65,7 +65,10 @@ def give(draft: ActionDraft, operation: PhrasedOperation) -> None:
     known = {value.start for item in main for value in item.amounts}
     more = [value for value in (*loose, *extra) if value.start not in known and value.kind in _RESULTS]
     main[0].amounts += [value for k, value in enumerate(more) if value not in more[:k]]
-    draft.own_all(conditions(phrases))
+    held = conditions(phrases)
+    draft.own_all(held)
+    if draft.last_verb == "Distill" and held and draft.actions[-1].temperature is None:
+        draft.actions[-1] = draft.actions[-1].model_copy(update=single(held))
     draft.own_all(ratio for phrase in phrases for ratio in phrase.ratios)
     if not head.passive:
         draft.charge([phrase for phrase in operation.before if phrase.prep == "" and phrase.is_prepared])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import Any, Literal
 
 from labgym.protocols.experiments.model import Portion
@@ -16,7 +17,7 @@ from labgym.protocols.reading.draft import (
     with_substances,
 )
 from labgym.protocols.reading.lexicon import SOLID, SOLUTIONS
-from labgym.protocols.reading.mentions import SubstanceMention
+from labgym.protocols.reading.mentions import SubstanceMention, TextPhrase
 from labgym.protocols.reading.phrases import read_phrases
 
 _COLUMN = re.compile(
@@ -75,7 +76,7 @@ def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
     note = ""
     gone = _SOLVENT_GONE.match(draft.plain, operation.span[1]) is not None
     if verb == "Distill" and (gone or _is_solvent_distilled(operation)):
-        verb, note = "Concentrate", _distilled_off(draft, operation)
+        verb, note = "Concentrate", _taken_off(draft, operation.before)
     if verb in ("Chromatograph", "PhaseSeparation") or (verb == "Purify" and _is_on_a_column(operation)):
         _chromatograph(draft, operation)
         return
@@ -90,12 +91,15 @@ def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
     if verb != "Wait":
         draft.last_solid = False
         draft.act(verb, operation, takes, note=note or _reached(draft, operation))
+        for item in (item for phrase in after if phrase.prep in ("to", "as") for item in phrase.substances):
+            if item.weak and item.is_measured and not draft.owned[item.start]:
+                draft.emit("Yield", (item.start, item.end), gives=(draft.yielded(item),))
 
 
-def _distilled_off(draft: ActionDraft, operation: PhrasedOperation) -> str:
-    """Return the amounts that a text says are distilled off, own them, and charge nothing of them."""
-    off = [item for phrase in operation.before for item in phrase.substances if item.is_measured]
-    for phrase in operation.before:
+def _taken_off(draft: ActionDraft, phrases: Sequence[TextPhrase]) -> str:
+    """Return the amounts that a text says are distilled or filtered off, own them, and charge nothing of them."""
+    off = [item for phrase in phrases for item in phrase.substances if item.is_measured]
+    for phrase in phrases:
         draft.own_names([phrase])
         phrase.substances = []
     for item in off:
@@ -139,6 +143,9 @@ def _is_evaporated(draft: ActionDraft, operation: PhrasedOperation, subject: set
     begins = not operation.clause.before and head.place == 0
     if head.marker == "to" and not head.passive and not begins:
         draft.own_names(operation.phrases)
+        if draft.last_verb == "Filter":
+            note = "; ".join(filter(None, (draft.actions[-1].note, _taken_off(draft, operation.after))))
+            draft.actions[-1] = draft.actions[-1].model_copy(update={"note": note[:400]})
         return False
     if "bath" in subject:
         return False
@@ -240,7 +247,7 @@ def _filter(draft: ActionDraft, operation: PhrasedOperation) -> None:
         if subject & LAYERS:
             collect(draft, operation)
         return
-    aids = with_substances(operation.after, "over", "through", "on", "via", "with")
+    aids = with_substances(operation.after, "over", "through", "on", "via", "with", "using")
     is_collected = head.low.startswith(("collect", "isolat", "recover"))
     is_unwanted = bool(subject & _UNWANTED) or head.low.startswith(("remov", "eliminat", "freed"))
     is_product = bool(subject & {"product", "crystals"}) and not subject & _LIQUIDS

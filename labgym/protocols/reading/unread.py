@@ -28,14 +28,14 @@ _NUMBERED = frozenset((
 _NUMBER = re.compile(r"^\d{1,6}(?:[.,]\d{1,6})?$")
 _CLASSES = frozenset((
     "acid", "alcohol", "aldehyde", "amide", "amine", "anhydride", "bromide", "chloride", "ester", "hydrazide",
-    "hydrochloride", "ketone", "salt",
+    "hydrochloride", "ketone", "salt", "alkoxide", "anion", "enolate", "phenoxide",
 ))  # fmt: skip
 """Classes of substances by which a text calls its batch."""
 _RESULTING = frozenset((
     "resulting", "resultant", "residual", "desired", "crude", "corresponding", "formed", "title", "obtained",
 ))  # fmt: skip
-_BATHS = frozenset(("bath", "baths", "addition", "evolution", "uptake", "absorption"))
-"""Nouns before which a name says what a bath holds, repeats what was added, or is a gas that escapes."""
+_BATHS = frozenset(("bath", "baths", "addition", "evolution", "uptake", "absorption", "derivative"))
+"""Nouns before which a name says what a bath holds, repeats what was added, is a gas that escapes, or a class."""
 MAX_ABBREVIATION = 8
 """Longest name in parentheses that repeats the name before them."""
 _CHECKED = MEASURES | CONDITIONS
@@ -143,7 +143,7 @@ def _own_descriptions(draft: ActionDraft, tokens: Sequence[Token], taken: set[st
     for token, following in pairwise(tokens):
         if token.figure is not None and following.low in _COLUMNS:
             draft.own(token.start, token.end, ASIDE)
-        if following.kind == "group" and _is_comment(following):
+        if following.kind == "group" and (_is_comment(following) or _is_converted(token, following)):
             draft.own(following.start, following.end, ASIDE)
         is_column = token.low in ("silica", "gel", "alumina") and following.low in _COLUMNS
         if is_column and any(action.verb == "Chromatograph" for action in draft.actions):
@@ -160,6 +160,14 @@ def _is_comment(group: Token) -> bool:
     names = [item for item in rest if item.kind == "name"]
     comments = first.kind == "word" and not first.low.startswith("prewash") and first.low not in QUALITIES
     return bool(names) and comments and all(item.figure is None for item in leaves(group.inner))
+
+
+def _is_converted(token: Token, group: Token) -> bool:
+    """Return whether a bracket gives a figure in another unit: "800 psi (5517 kPa)"."""
+    first, second = token.figure, group.inner[0].figure if len(group.inner) == 1 else None
+    if first is None or second is None or first.kind != second.kind:
+        return False
+    return abs(first.value - second.value) <= 0.05 * abs(first.value)
 
 
 def _bath_start(tokens: Sequence[Token], run: Sequence[Token]) -> int:
@@ -181,10 +189,10 @@ def _happens(draft: ActionDraft, tokens: Sequence[Token], before: Sequence[str],
     ahead = tokens[place + 1 : place + 6]
     if not draft.actions or (ahead and (ahead[0].figure is not None or _measures(ahead[0]))):
         return False
-    words = [token.low for token in ahead]
+    words = [token.low for token in ahead if token.kind != "name"]
     if set(before) & _RESULTING and "added" not in words:
         return True
-    said = [word for word in words if word not in ("so", "thus", "then", "was", "is", "were", "are", "which", "that")]
+    said = [word for word in words if word not in ("so", "thus", "then", "was", "is", "were", "are", "which", "that", "of", "the")]
     return said[:1] != [] and said[0] in _HAPPENING
 
 
@@ -193,7 +201,8 @@ def _own_shares(draft: ActionDraft, tokens: Sequence[Token]) -> None:
     flat = list(leaves(tokens))
     for place, token in enumerate(flat):
         ahead = [item.low for item in flat[place + 1 : place + 4]]
-        if token.figure is not None and token.figure.kind == "percent" and not _SHARES.isdisjoint(ahead):
+        near = {"yield", "purity", "conversion"}.intersection(item.low for item in flat[max(0, place - 2) : place])
+        if token.figure is not None and token.figure.kind == "percent" and (near or not _SHARES.isdisjoint(ahead)):
             draft.own(token.start, token.end, ASIDE)
         if token.figure is not None and token.low.endswith("bath") and not _REMOVED.isdisjoint(ahead):
             draft.own(token.start, token.end, ASIDE)
@@ -245,6 +254,7 @@ def _name_runs(tokens: Sequence[Token]) -> Iterable[tuple[list[str], list[Token]
 def _is_class(before: Sequence[str], run: Sequence[Token], following: Token | None) -> bool:
     """Return whether a name is a class that stands for the batch: "the resulting acid chloride"."""
     named = bool(set(before) & _RESULTING) or ("the" in before and len(run) > 1) or before[-1:] == ["this"]
+    named = named or list(before) == ["to", "the"]
     measured = following is not None and (following.kind == "group" or following.figure is not None)
     return named and not measured and all(token.low in _CLASSES for token in run)
 

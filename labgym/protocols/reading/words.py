@@ -161,6 +161,9 @@ def _preposition(draft: PhraseDraft, word: Word) -> bool:
     if word.low not in PREPOSITIONS:
         return False
     previous = draft.tokens[word.place - 1].low if word.place else ""
+    if word.low == "from" and word.after in _ORIGINS and draft.last is not None:
+        draft.skip = word.place + 2
+        return True
     joins = word.low == "with" and previous in ("together", "along")
     if joins or (word.low == "containing" and (draft.phrase.solution is not None or draft.phrase.substances)):
         draft.separate()
@@ -174,6 +177,11 @@ def _solution_noun(draft: PhraseDraft, word: Word) -> bool:
     phrase = draft.phrase
     if word.low not in SOLUTIONS:
         return False
+    if draft.last is not None and draft.pending and {figure.kind for figure in draft.pending} == {"percent"}:
+        if word.low in ("dispersion", "suspension") and word.after != "of":
+            draft.last.amounts += draft.pending
+            draft.pending = []
+            return True
     if word.after in ("of", "containing", "obtained", "from") and (
         phrase.solution is None or draft.in_solvent or not phrase.substances
     ):
