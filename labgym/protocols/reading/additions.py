@@ -135,10 +135,10 @@ def _is_batch_added(draft: ActionDraft, operation: PhrasedOperation) -> bool:
     """Return whether the batch itself is added to something: "The mixture was added to ice"."""
     head = operation.head
     if head.passive:
-        subject = [phrase for phrase in operation.before if phrase.prep in ("", "to", "into") and phrase.nouns]
-        return any(set(phrase.nouns) & _BATCHES and not phrase.prep for phrase in subject) or (
-            bool(draft.actions) and not subject and not substances(operation.before)
-        )
+        subject = [phrase for phrase in operation.before if not phrase.prep and phrase.nouns]
+        measured = any(phrase.is_measured for phrase in operation.phrases)
+        elided = bool(draft.actions) and not operation.before and not measured
+        return elided or any(set(phrase.nouns) & _BATCHES for phrase in subject)
     return head.low == "added" and not operation.before and bool(draft.actions)
 
 

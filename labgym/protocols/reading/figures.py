@@ -46,8 +46,8 @@ _BEFORE = (
     r"|(?<=\[)(?=\d[\d.,]{0,8} (?:[km]?g|m[lL]|m?mol)\b))(?<!\d/)"
 )
 _UNIT = {
-    "mass": r"[Kk]g|mg|μg|ug|gms?|[Gg]rams?|G(?=\.| of\b| \()|grammes?|milligrams?|kilograms?|micrograms?|g|Mg(?=\.? of\b)"
-    r"|lbs?|pounds?|oz|ounces?",
+    "mass": r"[Kk]g|mg|μg|ug|gms?|[Gg]rams?|G(?=\.| of\b| \()|grammes?|milligrams?|kilograms?|micrograms?|g"
+    r"|Mg(?=\.? of\b)|lbs?|pounds?|oz|ounces?",
     "volume": r"m[lL]s?|ML|Ml(?=\.? of\b)|cc"
     r"|c\.c\.|μ ?[lL]|u[lL]|[dc]l|cm3|dm3|[lL]iters?|[lL]itres?|milli[lL]it(?:er|re)s?"
     r"|microlit(?:er|re)s?|drops?|gallons?|[lL]",

@@ -102,7 +102,10 @@ def _gives_crop(draft: ActionDraft, following: Action) -> bool:
 
 
 def _is_worked_up(draft: ActionDraft, following: Action, words: str) -> bool:
-    """Return whether a sentence goes on with the liquid: "filtered, diluted with water and extracted", "filtered and chromatographed"."""
+    """Return whether a sentence goes on with the liquid: "filtered, diluted with water and extracted".
+
+    A chromatography goes on with it, too.
+    """
     place = next(k for k, item in enumerate(draft.actions) if item is following)
     later = draft.actions[place + 1].verb if place + 1 < len(draft.actions) else ""
     joined = words.strip(" ,") in ("", "and", "then", "and then")

@@ -52,6 +52,11 @@ _HOLDING_NOUNS = frozenset(
 )
 
 _PARTICIPLES = ("ed", "ing", "en", "ept", "eft", "eld", "ought", "ood", "ook", "ven", "ave", "ied", "put")
+_PAIRS = {
+    ("reaction", "of"): VerbWord("Add", "with", True),
+    **{("weighed", word): VerbWord("Add", "theme") for word in ("out", "in", "into")},
+}
+"""Words that name an operation by the word behind them; nouns at the begin of a sentence."""
 _PADS = frozenset((
     "pad", "plug", "bed", "silica", "celite", "celite®", "alumina", "filter", "frit", "cotton", "norite", "florisil",
 ))  # fmt: skip
@@ -235,10 +240,9 @@ def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
 def _special(at: _Place) -> Head | None:
     """Return the head of words that are no verbs by themselves: "followed by", "made acid", "pH adjusted to 7"."""
     token, rest = at.token, at.tokens[at.place + 1 :]
-    if token.low == "reaction" and at.place == 0 and at.after == "of":
-        return at.head(VerbWord("Add", "with", True))
-    if token.low == "weighed" and at.after in ("out", "into", "in"):
-        return at.head(VerbWord("Add", "theme"))
+    pair = _PAIRS.get((token.low, at.after))
+    if pair is not None and (at.place == 0 or not pair.noun):
+        return at.head(pair)
     if token.low == "followed" and at.after == "by":
         if not any(item.kind == "verb" for item in at.tokens[: at.place]) and any(
             item.low == "added" and earlier.low in AUXILIARIES for earlier, item in pairwise(rest)

@@ -91,9 +91,14 @@ def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
     if verb != "Wait":
         draft.last_solid = False
         draft.act(verb, operation, takes, note=note or _reached(draft, operation))
-        for item in (item for phrase in after if phrase.prep in ("to", "as") for item in phrase.substances):
-            if item.weak and item.is_measured and not draft.owned[item.start]:
-                draft.emit("Yield", (item.start, item.end), gives=(draft.yielded(item),))
+        _leave(draft, after)
+
+
+def _leave(draft: ActionDraft, phrases: Sequence[TextPhrase]) -> None:
+    """Append what an evaporation leaves, if its mass is told: "concentrated to a foam (4 g)"."""
+    for item in (item for phrase in phrases if phrase.prep in ("to", "as") for item in phrase.substances):
+        if item.weak and item.is_measured and not draft.owned[item.start]:
+            draft.emit("Yield", (item.start, item.end), gives=(draft.yielded(item),))
 
 
 def _taken_off(draft: ActionDraft, phrases: Sequence[TextPhrase]) -> str:

@@ -55,6 +55,8 @@ _HAPPENING = frozenset((
     "developed", "generated", "absorbed",
 ))  # fmt: skip
 """Words for what happens by itself to what stands before them."""
+_BETWEEN = frozenset(("so", "thus", "then", "was", "is", "were", "are", "which", "that", "of", "the"))
+"""Words between a name and what happens to it: "the salt of the amine, which then precipitated"."""
 _REMOVED = frozenset(("removed", "replaced", "withdrawn"))
 _COLUMNS = ("column", "columns", "cartridge")
 
@@ -192,8 +194,7 @@ def _happens(draft: ActionDraft, tokens: Sequence[Token], before: Sequence[str],
     words = [token.low for token in ahead if token.kind != "name"]
     if set(before) & _RESULTING and "added" not in words:
         return True
-    said = [word for word in words if word not in ("so", "thus", "then", "was", "is", "were", "are", "which", "that", "of", "the")]
-    return said[:1] != [] and said[0] in _HAPPENING
+    return next((word for word in words if word not in _BETWEEN), "") in _HAPPENING
 
 
 def _own_shares(draft: ActionDraft, tokens: Sequence[Token]) -> None:
