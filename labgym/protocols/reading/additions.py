@@ -28,7 +28,8 @@ from labgym.protocols.reading.stated import held_at
 from labgym.protocols.reading.tokens import Token
 
 _PARTS = LAYERS | EXTRACTS | {"filtrates"}
-_BATCHES = SOLID | {"mixture", "solution", "reaction", "residue", "suspension", "slurry", "product", "filtrate"}
+_BATCHES = frozenset(("mixture", "solution", "reaction", "residue", "suspension", "slurry"))
+_PRODUCTS = SOLID | {"product", "filtrate"}
 _MIXING = ("combin", "mix", "plac", "blend", "admix", "put", "introduc")
 """Beginnings of words behind which "in" names a solvent that is added, too."""
 
@@ -90,8 +91,8 @@ def _bring(draft: ActionDraft, operation: PhrasedOperation) -> None:
             draft.put("Dissolve", phrase.substances)
     rest = [phrase for phrase in operation.phrases if phrase not in targets]
     cold = [item for phrase in targets for item in phrase.conditions if item.kind == "temperature"]
-    if cold and theme and not any(item.kind == "temperature" for item in conditions(rest)):
-        theme[0].conditions = [*cold, *theme[0].conditions]
+    if cold and not any(item.kind == "temperature" for item in conditions(rest)):
+        rest = [*rest, TextPhrase("at", cold[0].start, cold[-1].end, conditions=cold)]
     _take(draft, replace(operation, before=rest, after=[]), [*theme, *extra])
 
 
@@ -135,10 +136,10 @@ def _is_batch_added(draft: ActionDraft, operation: PhrasedOperation) -> bool:
     """Return whether the batch itself is added to something: "The mixture was added to ice"."""
     head = operation.head
     if head.passive:
-        subject = [phrase for phrase in operation.before if not phrase.prep and phrase.nouns]
+        nouns = {noun for phrase in operation.before if phrase.prep == "" for noun in phrase.nouns}
+        elided = bool(draft.actions) and not operation.before
         measured = any(phrase.is_measured for phrase in operation.phrases)
-        elided = bool(draft.actions) and not operation.before and not measured
-        return elided or any(set(phrase.nouns) & _BATCHES for phrase in subject)
+        return bool(nouns & _BATCHES) or (not measured and (elided or bool(nouns & _PRODUCTS)))
     return head.low == "added" and not operation.before and bool(draft.actions)
 
 

@@ -95,10 +95,10 @@ _FRACTION = re.compile(
 )
 """Mixed fractions, also as patents print them: "21/2 hours" is two hours and a half."""
 _SHARED = re.compile(
-    rf"{_BEFORE}(?:\d{{1,4}}(?:\.\d{{1,3}})?/){{1,4}}\d{{1,4}}(?:\.\d{{1,3}})? ?"
+    rf"{_BEFORE}(?:(?:\d{{1,4}}(?:\.\d{{1,3}})?/){{1,4}}|(?:\d{{1,4}}-){{2,4}})\d{{1,4}}(?:\.\d{{1,3}})? ?"
     rf"(?:(?P<volume>{_UNIT['volume']})|(?P<mass>{_UNIT['mass']}))(?![A-Za-z])"
 )
-"""Amounts of a mixture with one unit: "50/5/5 mL"."""
+"""Amounts of a mixture with one unit: "50/5/5 mL", "20-2-2 mL"."""
 _PORTIONS = re.compile(rf"{_BEFORE}(\d{{1,2}}) ?(?:[x×*X]|times|portions of|aliquots of) ?(?=\d)")
 _WORD_PORTIONS = re.compile(
     r"(?<![A-Za-z])(two|three|four|five|six|seven|eight|ten) (?:--? )?(?=\d[\d,.]{0,8}[- ]?(?:m[lL]|[lL]|"

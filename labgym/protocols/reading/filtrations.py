@@ -102,15 +102,10 @@ def _gives_crop(draft: ActionDraft, following: Action) -> bool:
 
 
 def _is_worked_up(draft: ActionDraft, following: Action, words: str) -> bool:
-    """Return whether a sentence goes on with the liquid: "filtered, diluted with water and extracted".
-
-    A chromatography goes on with it, too.
-    """
+    """Return whether a sentence goes on with the liquid: "filtered, diluted with water and extracted"."""
     place = next(k for k, item in enumerate(draft.actions) if item is following)
     later = draft.actions[place + 1].verb if place + 1 < len(draft.actions) else ""
     joined = words.strip(" ,") in ("", "and", "then", "and then")
-    if joined and following.verb == "Chromatograph":
-        return True
     return joined and following.verb in ("Add", "AdjustPH") and later in ("Extract", "Partition", "PhaseSeparation")
 
 
@@ -125,6 +120,8 @@ def _used(action: Action, following: Action, words: str) -> KeptPart | None:
         return "precipitate"
     if following.verb == "Crystallize":
         return "precipitate" if following.takes or named else "filtrate"
+    if following.verb == "Chromatograph" and not named and words.strip(" ,") in ("", "and", "then"):
+        return "filtrate"
     if following.verb in _OF_LIQUIDS and (not named or _LIQUID.search(words)):
         return "filtrate"
     return None

@@ -52,6 +52,8 @@ _HOLDING_NOUNS = frozenset(
 )
 
 _PARTICIPLES = ("ed", "ing", "en", "ept", "eft", "eld", "ought", "ood", "ook", "ven", "ave", "ied", "put")
+_RUN = ("run", "carried", "conducted", "performed")
+"""Words that say that a reaction goes on."""
 _PAIRS = {
     ("reaction", "of"): VerbWord("Add", "with", True),
     **{("weighed", word): VerbWord("Add", "theme") for word in ("out", "in", "into")},
@@ -206,6 +208,7 @@ def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
         "make",
         "rendered",
         "reaction",
+        *_RUN,
     ):
         return None
     first, passive, marker = _group(tokens, place)
@@ -240,7 +243,8 @@ def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
 def _special(at: _Place) -> Head | None:
     """Return the head of words that are no verbs by themselves: "followed by", "made acid", "pH adjusted to 7"."""
     token, rest = at.token, at.tokens[at.place + 1 :]
-    pair = _PAIRS.get((token.low, at.after))
+    goes_on = token.low in _RUN and at.passive and _lasts(at)
+    pair = VerbWord("Wait", "hold") if goes_on else _PAIRS.get((token.low, at.after))
     if pair is not None and (at.place == 0 or not pair.noun):
         return at.head(pair)
     if token.low == "followed" and at.after == "by":
@@ -274,6 +278,16 @@ def _special(at: _Place) -> Head | None:
     if token.low == "chromatography" and at.previous in ("thin-layer", "layer"):
         return Head(at.place, at.place, VerbWord("Monitor", "none", True), token.low, False, "", at.place)
     return None
+
+
+def _lasts(at: _Place) -> bool:
+    """Return whether a reaction is said to last at a place or a temperature: "was run in a microwave for 1 h"."""
+    ahead = at.tokens[at.place + 1 : at.place + 12]
+    stop = next((k for k, item in enumerate(ahead) if item.kind == "verb" or item.text in ",;"), len(ahead))
+    times = [item for item in ahead[:stop] if item.figure is not None and item.figure.kind == "time"]
+    begins = next((item.low for item in ahead if item.low != "out"), "")
+    noun = any(item.kind == "verb" for item in at.tokens[max(0, at.first - 2) : at.first])
+    return bool(times) and begins in ("at", "for", "in", "under", "over") and not noun
 
 
 def _leaves(at: _Place) -> bool:

@@ -111,7 +111,8 @@ def _holding_verb(operation: PhrasedOperation) -> Verb | None:
         return "SetTemperature"
     if verb == "SetTemperature" and "ph" in held:
         return "AdjustPH"
-    if verb == "Irradiate" and any("microwave" in token.low for token in (*operation.clause.before, *after)):
+    near = (*operation.clause.before, *after)
+    if (verb == "Irradiate" or low == "run") and any("microwave" in token.low for token in near):
         return "Microwave"
     return None if verb == "SetTemperature" and "temperature" not in held else verb
 

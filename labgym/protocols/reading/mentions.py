@@ -20,7 +20,7 @@ _TIMES = frozenset(("at", "over", "for", "during", "after", "under", "within", "
 """Prepositions of circumstance."""
 _CLASSES = frozenset((
     "acetate", "acid", "anhydride", "bromide", "chloride", "ester", "ether", "fluoride", "hydrate", "hydride",
-    "hydrochloride", "hydroxide", "iodide", "ketone", "oxide", "sulfate", "sulphate",
+    "hydrochloride", "hydroxide", "iodide", "ketone", "oxide", "reagent", "sulfate", "sulphate",
 ))  # fmt: skip
 """Names that end a name."""
 _GASES = frozenset(GASES.values())
@@ -140,6 +140,7 @@ class PhraseDraft:
         closed: whether the last name has its amounts in brackets.
         skip: index of the last token to pass over.
         ahead: how often what the next phrase names is used: "twice with water".
+        each: the amount of each name of the phrase: "25 mL each of water and brine".
         adjective: a solvent as an adjective, which follows its noun.
     """
 
@@ -156,6 +157,7 @@ class PhraseDraft:
         self.in_solvent = self.paired = self.instead = self.closed = False
         self.skip = -1
         self.ahead: QuantitySpan | None = None
+        self.each: QuantitySpan | None = None
 
     @property
     def phrase(self) -> TextPhrase:
@@ -188,6 +190,12 @@ class PhraseDraft:
         phrase = self.phrase
         if self.solution_amounts and phrase.substances:
             self._share_solution_amounts()
+        each = [self.each] if self.each is not None else []
+        for item in phrase.substances:
+            item.amounts += each if not (item.is_measured or item.solvent) else []
+        if phrase.substances:
+            self.pending = [figure for figure in self.pending if figure is not self.each]
+        self.each = None
         phrase.loose += self.pending + self.solution_amounts
         self.pending, self.solution_amounts, self.quality = [], [], []
         _settle(phrase)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from itertools import pairwise
+from itertools import pairwise, takewhile
 
 from labgym.errors import OptionError
 from labgym.protocols.experiments.model import Action, Verb
@@ -22,7 +22,7 @@ from labgym.protocols.reading.draft import (
     substances,
 )
 from labgym.protocols.reading.figures import figures, plain
-from labgym.protocols.reading.filtrations import settle_filtrations
+from labgym.protocols.reading.filtrations import KeptPart, settle_filtrations
 from labgym.protocols.reading.holding import hold, is_adjusted, wait
 from labgym.protocols.reading.lexicon import MANNERS, SOLUTIONS, VESSELS, Frame
 from labgym.protocols.reading.mentions import SubstanceMention
@@ -65,6 +65,10 @@ SHORTEST_HOLD_MIN = 0.5
 """Shortest time, minutes, that a sentence without an operation may state; "3.4 s" is a peak in a spectrum."""
 _LASTING = frozenset(("after", "for", "run", "performed", "carried", "conducted", "reaction", "within"))
 """Words of a sentence without an operation that tells how long something is held."""
+_IMPLIED: dict[str, Verb] = {"filtered": "Filter", "dried": "DrySolution"}
+"""Adjectives of a liquid that say what was done to it."""
+_BEGINNING = frozenset(("Add", "AdjustPH", "Dissolve", "Extract", "MakeSolution", "Partition", "Wash", "Yield"))
+"""Operations behind which the batch is another liquid."""
 _PREPARED = frozenset(("prepared", "made", "synthesized", "synthesised"))
 _SPECTRUM = re.compile(r"[-+]?\d+(?:\.\d+)?(?:-\d+(?:\.\d+)?)? ?\(")
 """Peaks with which data go on: "3.99 (s, 3H)"."""
@@ -207,7 +211,10 @@ def _read_operations(
 
 def _hold_alone(draft: ActionDraft, tokens: Sequence[Token]) -> None:
     """Append the period that a sentence without an operation tells: "After 1 h at 25 C then 17 h at 5 C: complete"."""
-    held = conditions(read_phrases(tokens))
+    phrases = read_phrases(tokens)
+    held = conditions(phrases)
+    if held and phrases[0].solution is not None and phrases[0].is_prepared and phrases[0].is_measured:
+        draft.make(phrases[0])
     lasts = any(item.kind == "time" and item.value >= SHORTEST_HOLD_MIN for item in held)
     if draft.actions and lasts and lows(tokens) & _LASTING:
         gas = next((token for token in tokens if token.low in ("hydrogen", "h2")), None)
@@ -283,6 +290,7 @@ def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:
     draft.own_names([phrase for phrase in before if set(phrase.nouns) & (LAYERS | EXTRACTS | SOLUTIONS)])
     if _is_intended(draft, operation, is_first):
         return
+    _do_implied(draft, (*clause.before, *clause.after))
     draft.manners = lows(clause.group) & MANNERS.keys()
     begin = len(draft.actions)
     weighed = [item for item in substances(before) or substances(after[:1]) if item.is_measured]
@@ -292,6 +300,21 @@ def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:
         _FRAMES.get(head.word.frame, hold)(draft, operation)
         _add_rest(draft, operation, begin)
     draft.manners = set()
+
+
+def _do_implied(draft: ActionDraft, tokens: Sequence[Token]) -> None:
+    """Append what an adjective says was done to a liquid, unless an action did it: "the filtered solution"."""
+    for place, token in enumerate(tokens):
+        verb = _IMPLIED.get(token.low)
+        ahead = tokens[place + 1 : place + 3]
+        agents = [item for group in ahead[:1] for part in read_phrases(group.inner) for item in part.substances]
+        noun = ahead[-1] if agents else ahead[0] if ahead else token
+        if verb is None or noun.low not in LAYERS | EXTRACTS | SOLUTIONS or not draft.actions:
+            continue
+        since = takewhile(lambda item: item.verb not in _BEGINNING, reversed(draft.actions))
+        if all(action.verb != verb for action in since):
+            keep: KeptPart | None = "filtrate" if verb == "Filter" else None
+            draft.emit(verb, (token.start, noun.end), [draft.portion(item) for item in agents], keep=keep)
 
 
 def _add_rest(draft: ActionDraft, operation: PhrasedOperation, begin: int) -> None:

@@ -49,6 +49,7 @@ _LIQUIDS = LAYERS | {"fractions", "filtrates", "filtrate", "fraction", "extracts
 _PLACES = ("lower", "upper", "bottom", "top")
 _LIQUID_BATCHES = SOLUTIONS | {"oil", "liquid", "supernatant"}
 _DISCARDED = re.compile(r",? ?(?:and )?(?:(?:was|were|is|are) )?(?:then )?(?:discarded|rejected|thrown away)")
+_WATER_TRAPS = frozenset(("separator", "trap", "dean-stark"))
 _DRYING = frozenset(("vacuum", "vacuo", "air", "oven", "desiccator", "pressure"))
 
 
@@ -149,7 +150,7 @@ def _is_evaporated(draft: ActionDraft, operation: PhrasedOperation, subject: set
     if head.marker == "to" and not head.passive and not begins:
         draft.own_names(operation.phrases)
         if draft.last_verb == "Filter":
-            note = "; ".join(filter(None, (draft.actions[-1].note, _taken_off(draft, operation.after))))
+            note = "; ".join(filter(None, (draft.actions[-1].note, _taken_off(draft, operation.after[:1]))))
             draft.actions[-1] = draft.actions[-1].model_copy(update={"note": note[:400]})
         return False
     if "bath" in subject:
@@ -167,6 +168,8 @@ def collect(draft: ActionDraft, operation: PhrasedOperation) -> None:
     draft.own_names(operation.phrases)
     if head.method == "filtration":
         _filter(draft, operation)
+        return
+    if _is_noted(draft, operation, near):
         return
     layer = _layer(near, operation)
     place = next((word for word in _PLACES if word in near), None)
@@ -190,6 +193,21 @@ def collect(draft: ActionDraft, operation: PhrasedOperation) -> None:
     elif head.low in ("separated", "separating"):
         _filter(draft, operation)
         draft.doubt(operation.span, "whether a layer or a solid is separated is not clear")
+
+
+def _is_noted(draft: ActionDraft, operation: PhrasedOperation, near: set[str]) -> bool:
+    """Return whether what separates is a part of the action before, and note it there: water that boils, fractions."""
+    ahead, last = lows(operation.clause.after), draft.last_verb
+    if not (last == "Chromatograph" and "fractions" in ahead) and not (
+        last in ("Reflux", "Heat", "Wait") and "water" in near and ahead & _WATER_TRAPS
+    ):
+        return False
+    volumes = [item for phrase in operation.after for item in phrase.loose]
+    draft.own_all(volumes)
+    words = draft.text[operation.span[0] : operation.span[1]]
+    note = ", ".join(filter(None, (draft.actions[-1].note, words, *(item.text for item in volumes))))
+    draft.actions[-1] = draft.actions[-1].model_copy(update={"note": note[:400]})
+    return True
 
 
 def _decanted(draft: ActionDraft, near: set[str]) -> tuple[Literal["filtrate", "precipitate"], bool]:

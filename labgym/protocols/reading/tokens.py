@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import accumulate
 from typing import Literal
 
 from labgym.protocols.reading.figures import QuantitySpan
@@ -224,9 +225,9 @@ def _pair_cuts(text: str, start: int, end: int) -> Iterator[int]:
                 yield at
                 at += 1
             return
-    head, dash, tail = word.rpartition("-")
-    if dash and head.lower() in SUBSTANCES and tail.lower() in SUBSTANCES and len(head) > 3 and len(tail) > 3:
-        yield start + len(head)
+    parts = word.split("-")
+    if len(parts) > 1 and all(part.lower() in SUBSTANCES and len(part) > 3 for part in parts):
+        yield from (start + length - 1 for length in accumulate(len(part) + 1 for part in parts[:-1]))
 
 
 def _is_partner(part: str) -> bool:

@@ -11,9 +11,10 @@ from itertools import pairwise
 
 from labgym.protocols.experiments.model import Action
 from labgym.protocols.reading.actions import Unread
+from labgym.protocols.reading.clauses import clauses
 from labgym.protocols.reading.draft import ASIDE, EXTRACTS, LAYERS, ActionDraft, lows
 from labgym.protocols.reading.figures import QuantitySpan
-from labgym.protocols.reading.lexicon import QUALITIES, SOLUTIONS
+from labgym.protocols.reading.lexicon import QUALITIES, SOLUTIONS, is_code, is_stop
 from labgym.protocols.reading.mentions import CONDITIONS, MEASURES
 from labgym.protocols.reading.stated import written
 from labgym.protocols.reading.tokens import Sentence, Token, leaves
@@ -67,6 +68,8 @@ def unread(draft: ActionDraft, parts: Iterable[Sentence]) -> Iterator[Unread]:
     stated = _statements(draft.actions)
     yield from _doubled(draft)
     for sentence in parts:
+        if _is_remark(draft, sentence.tokens):
+            draft.own_all(token for token in leaves(sentence.tokens) if token.kind == "name")
         _own_descriptions(draft, sentence.tokens, taken)
         before = {token.start: sentence.tokens[k - 1] for k, token in enumerate(sentence.tokens) if k}
         before |= {item.start: token for token in sentence.tokens if _measures(token) for item in token.inner}
@@ -75,6 +78,23 @@ def unread(draft: ActionDraft, parts: Iterable[Sentence]) -> Iterator[Unread]:
             if why:
                 text = draft.text[token.start : token.end][:1000]
                 yield Unread(start=token.start, end=token.end, text=text, why=why)
+
+
+def _is_remark(draft: ActionDraft, tokens: Sequence[Token]) -> bool:
+    """Return whether a sentence before or behind all actions only names or describes the product.
+
+    It has no operation, no participle of one and no quantity; the title before the actions has nothing but names.
+    """
+    spans = [action.span for action in draft.actions if action.span is not None]
+    if not spans or not tokens or clauses(tokens):
+        return False
+    if any(item.figure is not None and item.figure.kind in _CHECKED for item in leaves(tokens)):
+        return False
+    if tokens[0].start < spans[0][0]:
+        return all(token.kind in ("name", "mark", "group") or is_code(token.text) for token in tokens)
+    given = any(action.verb == "Yield" for action in draft.actions)
+    done = any(token.low.endswith("ed") and not is_stop(token.low) for token in tokens if token.kind == "word")
+    return given and not done and tokens[0].start > max(end for _, end in spans)
 
 
 def _doubled(draft: ActionDraft) -> Iterator[Unread]:

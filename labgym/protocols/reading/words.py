@@ -21,7 +21,7 @@ from labgym.protocols.reading.lexicon import (
 from labgym.protocols.reading.mentions import STRENGTHS, PhraseDraft, SubstanceMention
 from labgym.protocols.reading.tokens import Token
 
-_ORIGINS = frozenset(("example", "step", "formula", "preparation", "structure", "intermediate"))
+_ORIGINS = frozenset(("example", "step", "stage", "formula", "preparation", "structure", "intermediate"))
 _CIRCUMSTANCES = frozenset(("vacuo", "vacuum", "reflux", "reduced", "high", "pressure"))
 _METALS = frozenset(("palladium", "platinum", "rhodium", "ruthenium", "pd", "pt", "rh", "ru", "hydroxide", "catalyst"))
 _SUPPORTS = frozenset(
@@ -229,6 +229,14 @@ def _strength(draft: PhraseDraft, word: Word) -> bool:
     return True
 
 
+def _each(draft: PhraseDraft, word: Word) -> bool:
+    """Read "each" behind an amount, which is then that of each name of the phrase."""
+    if word.low != "each" or not draft.pending:
+        return False
+    draft.each, draft.adjacent = draft.pending[-1], False
+    return True
+
+
 def _batch(draft: PhraseDraft, word: Word) -> bool:
     if word.low not in BATCH and word.low not in VESSELS:
         return False
@@ -302,6 +310,7 @@ _RULES = (
     _solution_noun,
     _solvent_adjective,
     _strength,
+    _each,
     _batch,
     _quality_word,
     _name_tail,

@@ -79,6 +79,10 @@ _LABEL = re.compile(
     re.IGNORECASE,
 )
 """Names that point to another place of a text: "crude product", "compound 12a", "(iv)"."""
+_OXY = re.compile(
+    r"(?<=[a-z]oxy)[ -](?=(?:acet|benzo|propan|propion|butan|butyr)\w{0,5}(?:ate|ic acid|amide|nitrile)\b)"
+)
+"""A space within the name of an ether of an acid, which parsers read as a peroxide: "phenoxy acetate"."""
 MAX_FORMS = 6
 PLACEHOLDER = "unnamed "
 """Begin of the name of a substance that is only known by its class."""
@@ -244,7 +248,7 @@ def forms(name: str) -> Iterator[str]:
 
     Words for a kind or a place, such as "product", have none.
     """
-    text = _THIO.sub("sulfanyl", " ".join(name.split()))
+    text = _OXY.sub("", _THIO.sub("sulfanyl", " ".join(name.split())))
     if is_generic(text) or _LABEL.fullmatch(text) or text.startswith(PLACEHOLDER):
         return
     seen: dict[str, None] = {}
