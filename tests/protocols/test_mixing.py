@@ -68,6 +68,7 @@ DANGEROUS = {
     "benzoyl peroxide and aniline": ({"BenzoylPeroxide": "1 g", "Aniline": "5 mL"}, (22.0,)),
     "peroxide in hot acetic acid": ({"HydrogenPeroxide": "5 mL", "AceticAcid": "20 mL"}, (22.0, 90.0)),
     "hot DMSO with sulfuric acid": ({"SulfuricAcid": "1 mL", "DimethylSulfoxide": "20 mL"}, (22.0, 120.0)),
+    "warm peracid and pyridine": ({"MetaChloroperbenzoicAcid": "2 g", "Pyridine": "1 mL"}, (0.0, 60.0)),
     "chloroform, acetone and base": ({"Chloroform": "20 mL", "Acetone": "20 mL", "SodiumHydroxide": "2 g"}, (5.0,)),
 }  # fmt: skip
 
@@ -95,6 +96,7 @@ ORDINARY = {
     "MnO2": ({"ManganeseDioxide": "10 g", "BenzylAlcohol": "1 g", "Dichloromethane": "50 mL"}, (22.0, 40.0)),
     "acid and carbonate": ({"AceticAcid": "2 mL", "SodiumBicarbonate": "2 g", "DeionizedWater": "20 mL"}, (22.0,)),
     "bromine and hydrogen chloride": ({"Bromine": "1 mL", "HydrochloricAcid": "5 mL"}, (22.0, 60.0)),
+    "N-oxide": ({"MetaChloroperbenzoicAcid": "2 g", "Pyridine": "1 mL", "Dichloromethane": "50 mL"}, (0.0, 22.0)),
     "iron in acetic acid": ({"IronPowder": "5 g", "AceticAcid": "40 mL", "Nitrobenzene": "5 g"}, (60.0, 100.0)),
 }  # fmt: skip
 

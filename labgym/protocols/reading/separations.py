@@ -96,7 +96,7 @@ def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
 
 
 def _leave(draft: ActionDraft, phrases: Sequence[TextPhrase]) -> None:
-    """Append what an evaporation leaves, if its mass is told: "concentrated to a foam (4 g)"."""
+    """Append what an evaporation leaves, if its mass is stated: "concentrated to a foam (4 g)"."""
     for item in (item for phrase in phrases if phrase.prep in ("to", "as") for item in phrase.substances):
         if item.weak and item.is_measured and not draft.owned[item.start]:
             draft.emit("Yield", (item.start, item.end), gives=(draft.yielded(item),))
