@@ -259,13 +259,13 @@ def test_what_no_action_owns_is_reported(lost: str) -> None:
         ("Oil (1 g) in ether (5 mL) was extracted with two -- 50 ml portions of HCl.", ["1 g", "5 mL", "2 x 50 mL"]),
         ("100 Mg. of phenol in 15 ml. of benzene is treated with 60 mg. of aniline.", ["0.1 g", "15 mL", "0.06 g"]),
         ("The ester (1 g, purity: 84%, 1 mol) was added to water (9 mL).", ["9 mL", "1 g, 1 mol"]),
-        ("The oil (1 g) was washed with 9 mL each of water, 1 N HCl and brine.", ["1 g", "9 mL", "9 mL of 1 M", "9 mL"]),
+        ("The oil (1 g) was washed with 9 mL each of water, 1 N HCl, brine.", ["1 g", "9 mL", "9 mL of 1 M", "9 mL"]),
         ("The oil (1 g) was washed with water and brine, 9 mL each, and dried.", ["1 g", "9 mL", "9 mL"]),
         ("9 mmol each of phenol and aniline were stirred in ether (5 mL).", ["9 mmol", "9 mmol", "5 mL"]),
         ("The ester (1 g) was dissolved in toluene-ethanol-water (20-2-3 ml).", ["1 g", "20 mL", "2 mL", "3 mL"]),
         ("To it was added BuLi (1.6 M, hexane solution) (9 mL).", ["9 mL of 1.6 M", ""]),
         ("1 g (2 mmol) sodium hydride, 60% oil dispersion, were added.", ["1 g of 60 %, 2 mmol"]),
-        ("9 mmol of the ester from Step A and 8 mmol of aniline in ether (5 mL) were stirred.", ["9 mmol", "8 mmol", "5 mL"]),
+        ("9 mmol of oil from Step A and 8 mmol of aniline in ether (5 mL) were stirred.", ["9 mmol", "8 mmol", "5 mL"]),
     ],
 )  # fmt: skip
 def test_each_liquid_of_a_mixture_or_a_list_has_its_own_amount(text: str, amounts: list[str]) -> None:
