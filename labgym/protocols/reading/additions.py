@@ -205,7 +205,8 @@ def treat(draft: ActionDraft, operation: PhrasedOperation) -> None:
     if verb == "Quench" and not reagents and head.low.startswith("terminat"):
         return
     if verb == "Hydrogenate":
-        reagents = [phrase for phrase in after if phrase.substances]
+        draft.own_names(with_substances(after, "as"))
+        reagents = [phrase for phrase in after if phrase.substances and phrase.prep != "as"]
     if verb == "Add" and not reagents:
         if head.low.startswith(("react", "condens")) or (head.low == "subjected" and operation.conditions):
             draft.act("Wait", operation)

@@ -59,7 +59,7 @@ _UNIT = {
     r"|mol/[lL]|mol\.?/lit(?:er|re)|mmol/mL",
     "parts": r"parts?(?: by (?:weight|volume))?|vol(?:ume)?s?|ppm|mass ppm|tsps?",
     "temperature": r"° ?[CF]|℃|o ?C|degrees? ?(?:C\b|F\b|Celsius|centigrade|Fahrenheit)?|deg\.? ?[CF]|°|C",
-    "time": r"(?:(?:additional|further|more) )?(?:hours?|min(?:ute)?s?)|hrs?|h|seconds?|secs?|sec|s|days?|d|weeks?|wk",
+    "time": r"(?:(?:additional|further|more) )?(?:hours?|hrs?|min(?:ute)?s?|days?)|h|seconds?|secs?|sec|s|d|weeks?|wk",
     "pressure": r"mbar|bars?|psig?|psia|p\.s\.i\.?|pounds per square inch|"
     r"atm(?:os(?:pheres?)?)?|torr|Torr|mm\.? ?(?:of )?Hg|mm ?hg|kPa|"
     r"MPa|hPa|Pa|kg\.?/cm2|millibar",
@@ -76,7 +76,7 @@ _VALUE = re.compile(
     rf"{_BEFORE}(?P<sign>[-+~<>]{{0,2}})(?P<low>{_N})"
     rf"(?: ?[x×] ?10(?: ?\^)? ?(?P<power>- ?\d{{1,2}})(?![\d.]))?"
     rf"(?P<inner> ?°(?: ?C\.?)?)?(?: ?(?:±|\+/-) ?\d{{1,3}}(?:\.\d{{1,3}})?)?"
-    rf"(?: ?(?:-|to|~) ?{_APPROXIMATE}? ?\+?(?P<neg>-)?(?P<high>{_N}))?"
+    rf"(?: {{0,2}}(?:-|to|~) ?{_APPROXIMATE}? ?\+?(?P<neg>-)?(?P<high>{_N}))?"
 )
 _SPOKEN = re.compile(
     r"(?<![A-Za-z-])(?!a second\b|a drop at a time)(?P<word>half an?|one half|an?|(?:a )?few|several|another|a further|"
@@ -118,11 +118,12 @@ _TWICE = re.compile(
     r"|hundred) )\((\d[\d.,]{0,9})\)(?= )",
     re.IGNORECASE,
 )
+_BETWEEN = re.compile(r"(\bbetween [-~]?\d{1,4}(?:\.\d{1,2})?(?: ?° ?C?\.?)?) and (?=[-~]?\d)")
 _PH = re.compile(
     r"(?<![A-Za-z])pH(?: (?:of|to|at|value|was|is|kept|maintained|about|approximately|ca\.?|reached|adjusted|"
     r"brought|made|between|then|the (?:reaction )?(?:mixture|solution|solvent|"
     r"suspension)))* ?[=:]? ?[~<>]?\s?"
-    r"(\d{1,2}(?:\.\d{1,2})?)(?: ?(?:-|to|and) ?(\d{1,2}(?:\.\d{1,2})?))?",
+    r"(\d{1,2}(?:\.\d{1,2})?)(?: {0,2}(?:-|to|and) ?(\d{1,2}(?:\.\d{1,2})?))?",
     re.IGNORECASE,
 )
 _RATIO = re.compile(
@@ -192,9 +193,10 @@ class QuantitySpan:
 def plain(text: str) -> str:
     """Return a text of the same length with one spelling of each sign, so that spans stay.
 
-    A number that repeats one in words loses its brackets: "five (5.0) grams".
+    A number that repeats one in words loses its brackets, "five (5.0) grams"; "between 5 and 9" reads "5  to 9".
     """
-    return _TWICE.sub(lambda match: f"{match[1]} {match[2]} ", text.translate(_LOOKALIKES))
+    simple = _BETWEEN.sub(lambda match: f"{match[1]}  to ", text.translate(_LOOKALIKES))
+    return _TWICE.sub(lambda match: f"{match[1]} {match[2]} ", simple)
 
 
 def figures(text: str) -> list[QuantitySpan]:

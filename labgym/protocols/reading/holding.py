@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import zip_longest
 from typing import Any
 
 from labgym.protocols.experiments.model import Portion, Verb
 from labgym.protocols.reading.draft import ActionDraft, PhrasedOperation, lows, substances, with_substances
 from labgym.protocols.reading.lexicon import GASES
 from labgym.protocols.reading.stated import single
+from labgym.protocols.reading.tokens import Token
 
 _REACHING = frozenset(("reach", "attain", "come", "return", "equilibrate", "adapt"))
 
@@ -32,7 +35,7 @@ def hold(draft: ActionDraft, operation: PhrasedOperation) -> None:
     verb = _holding_verb(operation)
     if verb is None or (verb == "AdjustPH" and is_adjusted(draft, operation)):
         return
-    hydrogen = next((token for token in clause.after if token.low in ("hydrogen", "h2")), None)
+    hydrogen = hydrogen_in(clause.after)
     if verb == "Stir" and hydrogen is not None:
         span = (hydrogen.start, hydrogen.end)
         draft.own(*span)
@@ -57,6 +60,12 @@ def hold(draft: ActionDraft, operation: PhrasedOperation) -> None:
         draft.emit(verb, operation.span, held=held[-1:], phrases=operation.phrases, **fields)
     else:
         draft.act(verb, operation, **fields)
+
+
+def hydrogen_in(tokens: Sequence[Token]) -> Token | None:
+    """Return where tokens name hydrogen, which is no part of another name: "hydrogen chloride"."""
+    free = (a for a, b in zip_longest(tokens, tokens[1:]) if b is None or b.kind != "name")
+    return next((token for token in free if token is not None and token.low in ("hydrogen", "h2")), None)
 
 
 def wait(draft: ActionDraft, operation: PhrasedOperation) -> None:

@@ -278,7 +278,7 @@ def _measure(
     strong = any(figure.kind in STRENGTHS for figure in measured)
     words = [item.low for item in inner]
     dissolved = "in" in words
-    if names and (dissolved or (strong and not SOLUTIONS.isdisjoint(words))):
+    if names and "oil" not in words and (dissolved or (strong and not SOLUTIONS.isdisjoint(words))):
         parts = [part for part in read_phrases(inner) if part.substances]
         solvent = next((part for part in parts if part.prep == "in" or not dissolved), None)
         stock = strong and not {"dispersion", "suspension"} & set(words)

@@ -23,7 +23,7 @@ from labgym.protocols.reading.draft import (
 )
 from labgym.protocols.reading.figures import figures, plain
 from labgym.protocols.reading.filtrations import KeptPart, settle_filtrations
-from labgym.protocols.reading.holding import hold, is_adjusted, wait
+from labgym.protocols.reading.holding import hold, hydrogen_in, is_adjusted, wait
 from labgym.protocols.reading.lexicon import MANNERS, SOLUTIONS, VESSELS, Frame
 from labgym.protocols.reading.mentions import SubstanceMention
 from labgym.protocols.reading.phrases import STATIONARY, read_phrases
@@ -217,7 +217,7 @@ def _hold_alone(draft: ActionDraft, tokens: Sequence[Token]) -> None:
         draft.make(phrases[0])
     lasts = any(item.kind == "time" and item.value >= SHORTEST_HOLD_MIN for item in held)
     if draft.actions and lasts and lows(tokens) & _LASTING:
-        gas = next((token for token in tokens if token.low in ("hydrogen", "h2")), None)
+        gas = hydrogen_in(tokens)
         span = (held[0].start, held[-1].end)
         if gas is None:
             draft.emit("Wait", span, held=held, assumed=("verb",))

@@ -21,7 +21,8 @@ _REFERS = re.compile(
     r"Method|method|Scheme|Intermediate|Reference|reference)"
     r"|[Aa]ccording to (?:the )?(?:\w+ )?(?:general )?(?:procedures?|methods?|conditions|process|Example|"
     r"EXAMPLE|example|protocols?|Scheme|manner)"
-    r"|(?:[Aa]nalogous|[Ss]imilar|identical)(?:ly)? (?:procedure |manner |fashion |way )?(?:to|as)\b"
+    r"|(?:[Aa]nalogous|[Ss]imilar)(?:ly)? (?:procedure |manner |fashion |way )?(?:to|as)\b"
+    r"|identical (?:procedure|manner|fashion|way) (?:to|as)\b|(?:procedure|manner|fashion|way) identical to\b"
     r"|[Ii]n an? (?:analogous|similar|identical) (?:manner|fashion|way)|[Ii]n the same (?:manner|way|"
     r"fashion) (?:as|of)|[Ii]n a manner (?:analogous|similar|identical)"
     r"|^As (?:for|in) (?:Example|Step|Preparation)|(?:made|prepared|synthesi[sz]ed) as above\b"
@@ -56,6 +57,8 @@ _MADE = re.compile(
 _ORIGIN = re.compile(
     r"(?<!was )(?<!were )(?<!is )(?<!are )(?<!be )(?<=\S )(?:prepared|obtained|synthesi[sz]ed|produced|made) $"
 )
+_APPOSED = re.compile(r"\), (?:prepared|obtained|synthesi[sz]ed|produced|made) $")
+"""The origin of what has its amount in a bracket: "anisole (2 g), prepared according to the method of"."""
 _GOES_ON = re.compile(r"\b(?:was|were|is|are)\b")
 """A sentence goes on behind the words on where its material came from: "X, prepared as in Example 1, was heated"."""
 CUT_DATA = 120
@@ -72,6 +75,7 @@ def reference(text: str, start: int, end: int) -> re.Match[str] | None:
     for match in _REFERS.finditer(text, start, end):
         before = text[start : match.start()]
         is_origin = _ORIGIN.search(before) is not None and _GOES_ON.search(text, match.end(), end) is not None
+        is_origin = is_origin or _APPOSED.search(before) is not None
         inside = sum(map(before.count, "([")) > sum(map(before.count, ")]"))
         if not is_origin and not inside:
             return match

@@ -50,6 +50,8 @@ def give(draft: ActionDraft, operation: PhrasedOperation) -> None:
         if any(item.is_measured for item in used):
             draft.put("Add", used)
         others = [phrase for phrase in others if phrase.prep not in ("from", "by", "with")]
+    if not head.passive:
+        draft.charge([phrase for phrase in operation.before if phrase.prep == "" and phrase.is_prepared])
     main = _named_result(source, tokens) or named[:1]
     loose = [value for phrase in phrases for value in phrase.loose if value.kind in _RESULTS]
     draft.own_all(substances(phrases))
@@ -70,8 +72,6 @@ def give(draft: ActionDraft, operation: PhrasedOperation) -> None:
     if draft.last_verb == "Distill" and held and draft.actions[-1].temperature is None:
         draft.actions[-1] = draft.actions[-1].model_copy(update=single(held))
     draft.own_all(ratio for phrase in phrases for ratio in phrase.ratios)
-    if not head.passive:
-        draft.charge([phrase for phrase in operation.before if phrase.prep == "" and phrase.is_prepared])
     gives = tuple(draft.yielded(item) for item in main)[:10]
     is_named = main[0].start not in {item.start for item in loose}
     draft.product, draft.result = gives[0].name if is_named else "", gives[0].amount

@@ -157,7 +157,8 @@ def _chunk(text: str, start: int, end: int) -> Iterator[Token]:
     while start < end:
         first, last = text[start], text[end - 1]
         glued = first == "." and text[start + 1 : start + 2].isalpha()
-        if first in _LEADING or first in _CLOSE or glued or (first in _OPEN and start not in partners):
+        leads = first in _LEADING and start not in partners
+        if leads or first in _CLOSE or glued or (first in _OPEN and start not in partners):
             yield _mark(text, start)
             start += 1
         elif last in _TRAILING or (last in _CLOSE and end - 1 not in closed) or _is_stop(text, start, end):
@@ -291,6 +292,7 @@ def _split(tokens: Sequence[Token]) -> Iterator[list[Token]]:
             glued = last is not None and last.figure is not None and last.figure.kind == "molarity"
             glued = glued and follows is not None and follows.start == token.end
             glued = glued or (follows is not None and last is not None and _is_torn(last, follows))
+            glued = glued or (follows is not None and _is_measured_before(part, follows))
             if follows is None or (
                 depth == 0 and not glued and (_begins(follows, token) or (ends and follows.kind == "name"))
             ):
@@ -308,7 +310,20 @@ def _split(tokens: Sequence[Token]) -> Iterator[list[Token]]:
 
 def _is_torn(last: Token, follows: Token) -> bool:
     """Return whether a misprinted full stop tears a name: "anhydrous. magnesium. sulfate"."""
-    return follows.kind == "name" and follows.text.islower() and (last.low in QUALITIES or last.kind == "name")
+    return (
+        follows.kind == "name"
+        and follows.text[:1].islower()
+        and follows.text.islower()
+        and (last.low in QUALITIES or last.kind == "name")
+    )
+
+
+def _is_measured_before(part: Sequence[Token], follows: Token) -> bool:
+    """Return whether a full stop ends the unit of what a formula behind it names: "A mixture of 1.38 g. K2CO3"."""
+    figure = part[-2].figure if len(part) > 1 else None
+    amount = figure is not None and figure.kind in ("mass", "volume")
+    formula = follows.kind == "name" and len(follows.text) > 1 and not follows.text[1].islower()
+    return amount and formula and not any(token.kind == "verb" for token in part)
 
 
 def _begins_with_number(token: Token) -> bool:

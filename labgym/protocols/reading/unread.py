@@ -255,7 +255,7 @@ def _own_observed(draft: ActionDraft, tokens: Sequence[Token]) -> None:
             draft.own(token.start, token.end)
         elif waits and token.figure is not None and token.figure.kind in MEASURES and lows(tokens) & _GASES:
             draft.own(token.start, token.end, ASIDE)
-        if token.kind == "group" and lows(token.inner) & {"dispersion", "suspension"}:
+        if token.kind == "group" and lows(token.inner) & {"dispersion", "suspension", "oil"}:
             draft.own_all(item for item in token.inner if item.low in ("mineral", "paraffin"))
 
 

@@ -46,7 +46,7 @@ _TRAILING = re.compile(
 )
 _REMARK = re.compile(r"^(.*[^\s(])\s+\(([^()]*)\)$")
 _STRENGTH = re.compile(r"^\s*\d+(?:\.\d+)?\s*(?:M|N|%|wt\s?%|mol/L)\s+(?:solution\s+of\s+)?(?=\D)")
-_ISOMERS = re.compile(r"^\(?(?:E/Z|Z/E|cis/trans|trans/cis|rac|RS|±|\+/-)\)?-")
+_ISOMERS = re.compile(r"^\(?(?:E/Z|Z/E|cis/trans|trans/cis|rac\.?|[dD],?[lL]|RS|±|\+/-)\)?-\s?")
 """Begin of the name of a mixture of stereoisomers."""
 _THIO = re.compile(r"(?<=yl)thio(?=benz(?:o(?:yl|ic|ate|nitrile)|aldehyde))", re.IGNORECASE)
 """An alkylthio group before the name of an acid, which parsers read as a thio acid."""
@@ -64,12 +64,17 @@ _REPRINTED = (
     (re.compile(r"(?<=\[\d')(?=\d')"), ","),
     (re.compile(r"\bpott?ass?ium\b", re.IGNORECASE), "potassium"),
     (re.compile(r" boron hydride$", re.IGNORECASE), " borohydride"),
+    (re.compile(r"(?<=-)ethinyl\b"), "ethynyl"),
+    (re.compile(r"(?<=[\[(])[Il](?=-\()"), "1"),
+    (re.compile(r"arnine\b"), "amine"),
+    (re.compile(r",? (?:syn|anti|cis|trans|[EZ])[- ]isomer$"), ""),
+    (re.compile(r"^(sodium|potassium|calcium) ([a-z]+in)$", re.IGNORECASE), r"\2 \1"),
 )
 """Slips of printed names with their systematic spelling: "[1.4]benzoxazine", "tert.butyl", "amine.HCl"."""
 _MORPHEMES = (
     "aluminum", "benzyloxy", "bromide", "carbonyl", "carboxy", "chloride", "cyclohex", "cyclopent", "fluoride",
-    "fluoro", "hydrochlor", "hydroxy", "imidazol", "methoxy", "methylsilyl", "morpholin", "phenoxy", "piperazin",
-    "piperidin", "pyrrolidin", "silyloxy",
+    "fluoro", "hydrochlor", "hydroxy", "imidazol", "methoxy", "methylsilyl", "methylthio", "morpholin", "phenoxy",
+    "piperazin", "piperidin", "pyrrolidin", "silyloxy",
 )  # fmt: skip
 """Parts of names of which misprints with a letter that is left out, doubled or swapped with the next are known."""
 _LABEL = re.compile(
