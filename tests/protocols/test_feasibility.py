@@ -303,6 +303,11 @@ def test_names_of_machine_files_mean_their_reagent_or_nothing(name: str, asset: 
     assert Grounder(Catalog.published()).find(Material(name=name, role="reagent")) == asset
 
 
+@pytest.mark.parametrize("name", ["ethyl (triphenylphosphoranylidene)acetate", "ethyl (2-naphthyloxy) acetate"])
+def test_a_substituent_in_brackets_is_no_remark(name: str) -> None:
+    assert Grounder(Catalog.published()).find(Material(name=name, role="reagent")) is None
+
+
 def test_an_xdl_file_without_a_product_is_kept_once_it_is_named(tmp_path: Path) -> None:
     file = tmp_path / "ester.xdl"
     file.write_text(

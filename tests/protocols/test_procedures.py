@@ -218,6 +218,7 @@ def test_unrolled_actions_have_one_period_each() -> None:
         "In a manner analogous to Example 7, Step B, the amine was obtained.",
         "Following General Procedure B′ above, and using aniline, the title compound was prepared.",
         "As for Example 8, aniline is coupled to proline.",
+        "The procedure was the same as that for preparing anisole in Example 3.",
         "The amine (1 g), obtained as described in Example 4, was reacted in a similar manner to that in Example 8.",
         "According to the same method as Example 1, aniline (1 g) was added to water (5 mL).",
         "By following essentially the procedure of Example 7, Part B, the amine was prepared from aniline.",
@@ -326,6 +327,7 @@ def test_each_liquid_of_a_mixture_or_a_list_has_its_own_amount(text: str, amount
         ("It was filtered and purified by column chromatography.", "Filter Chromatograph"),
         ("It was stirred with a saturated solution of hydrogen chloride in ether (4 mL) for 3 h.", "Add Stir"),
         ("It was stirred under hydrogen for 3 h.", "Hydrogenate"),
+        ("It was dissolved in ether. Air is bubbled through the solution for 3 h.", "Dissolve Purge"),
         ("A mixture of 5 g of aniline and 2 mL of acetone gives a yellow precipitate.", "MakeSolution"),
     ],
 )  # fmt: skip

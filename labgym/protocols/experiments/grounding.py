@@ -16,7 +16,10 @@ MAX_STRUCTURE = 300
 SOLVENTS = ("organic_solvent", "solvent")
 """Categories of solvents."""
 WATER = "DeionizedWater"
-_REMARK = re.compile(r"^(.*[^\s(])\s*\(([^()]*)\)(.*)$", re.DOTALL)
+_REMARK = re.compile(
+    r"^(.*[^\s(])\s*\((?![^()]*(?:yl|idene|oxy|amino|[ou]ro|bromo|iodo|nitro)\))([^()]*)\)((?:[\s,].*)?)$", re.DOTALL
+)
+"""A bracket in or behind a name that is no substituent: "palladium (II) acetate", "trimethylsilyl chloride (TMSCl)"."""
 _NUMBERED = re.compile(r"^([a-z][a-z -]{3,}?)[ _-]?\d{1,2}$")
 _SOLUTION = re.compile(r"^(.*[^ _-])[ _-]+solution$", re.IGNORECASE)
 _SOLUTION_OF = re.compile(r"^(?:(.*?[^ _-])[ _-]+)?solution of (.+)$", re.IGNORECASE | re.DOTALL)

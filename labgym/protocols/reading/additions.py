@@ -39,6 +39,9 @@ def add(draft: ActionDraft, operation: PhrasedOperation) -> None:
     if operation.head.marker == "followed" and draft.last_verb in ("Wash", "Extract", "Chromatograph"):
         draft.act(draft.actions[-1].verb, operation, draft.portions(operation.after), ratios(operation.after))
         return
+    if operation.head.low.startswith("bubbl") and not substances(operation.phrases):
+        draft.act("Purge", operation)
+        return
     made = [phrase for phrase in operation.after if _is_precipitated(phrase)]
     _bring(draft, replace(operation, after=[phrase for phrase in operation.after if phrase not in made]))
     for item in substances(made):

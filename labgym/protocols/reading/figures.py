@@ -46,7 +46,7 @@ _BEFORE = (
     r"|(?<=\[)(?=\d[\d.,]{0,8} (?:[km]?g|m[lL]|m?mol)\b))(?<!\d/)"
 )
 _UNIT = {
-    "mass": r"[Kk]g|mg|μg|ug|gms?|[Gg]rams?|G(?=\.| of\b| \()|grammes?|milligrams?|kilograms?|micrograms?|g"
+    "mass": r"[Kk]g|mgm?|μg|ug|gms?|[Gg]rams?|G(?=\.| of\b| \()|grammes?|milligrams?|kilograms?|micrograms?|g"
     r"|Mg(?=\.? of\b)|lbs?|pounds?|oz|ounces?",
     "volume": r"m[lL]s?|ML|Ml(?=\.? of\b)|cc"
     r"|c\.c\.|μ ?[lL]|u[lL]|[dc]l|cm3|dm3|[lL]iters?|[lL]itres?|milli[lL]it(?:er|re)s?"
@@ -316,6 +316,7 @@ def _base(kind: str, spelled: str, value: float) -> float:
 
 _OTHER_SPELLINGS = {
     "gms": "g",
+    "mgm": "mg",
     "μ l": "μl",
     "m.moles": "mmol",
     "m.mole": "mmol",

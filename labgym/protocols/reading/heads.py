@@ -35,8 +35,8 @@ _METHODS = frozenset((
     "Triturate", "Hydrogenate", "Sublime",
 ))  # fmt: skip
 _BY_METHOD = frozenset((
-    "removed", "remove", "removing", "collected", "separated", "isolated", "recovered", "obtained", "purified",
-    "purify", "filtered", "isolate", "eliminated", "concentrated", "subjected", "evaporated", "achieved",
+    "removed", "remove", "removing", "removal", "collected", "separated", "isolated", "recovered", "obtained",
+    "purified", "purify", "filtered", "isolate", "eliminated", "concentrated", "subjected", "evaporated", "achieved",
     "accomplished", "carried",
 ))  # fmt: skip
 _OBTAINED = frozenset(("obtained", "given", "produced", "generated"))

@@ -22,6 +22,7 @@ _REFERS = re.compile(
     r"|[Aa]ccording to (?:the )?(?:\w+ )?(?:general )?(?:procedures?|methods?|conditions|process|Example|"
     r"EXAMPLE|example|protocols?|Scheme|manner)"
     r"|(?:[Aa]nalogous|[Ss]imilar)(?:ly)? (?:procedure |manner |fashion |way )?(?:to|as)\b"
+    r"|(?:procedure|method|process) (?:was|is) the same as\b"
     r"|identical (?:procedure|manner|fashion|way) (?:to|as)\b|(?:procedure|manner|fashion|way) identical to\b"
     r"|[Ii]n an? (?:analogous|similar|identical) (?:manner|fashion|way)|[Ii]n the same (?:manner|way|"
     r"fashion) (?:as|of)|[Ii]n a manner (?:analogous|similar|identical)"
@@ -46,7 +47,7 @@ _REFERRED = re.compile(
     r"Intermediate)s? [A-Z\d][\w.-]*|general procedure(?: [A-Z\d]\w*)?"
 )
 _MADE = re.compile(
-    r"\b(?:prepared?|Following|followed|added|obtained|synthesi[sz]ed|made|produced|converted|carried out|"
+    r"\b(?:prepar(?:ed?|ing)|Following|followed|added|obtained|synthesi[sz]ed|made|produced|converted|carried out|"
     r"reacted|performed|gave|yielded|treated|isolated|substituting|repeated|purified|working up|"
     r"methylated|oxidi[sz]ed|condensation|affords|"
     r"worked up|conducted|given|gives|afforded|get|substituted|interacted|coupled|react|reacting|leads|"
