@@ -268,7 +268,7 @@ def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, n
                     notes.skipped.append(f"{_named(picture, label, rooms[label])}: {reason}")
                     left_out.add(label)
                 elif "rectangles on one floor" in message:
-                    if min((coarse.get(label, 0) for label in rooms), default=2) < 2:
+                    if min((coarse.get(label, 0) for label in rooms), default=3) < 3:
                         coarse = {label: coarse.get(label, 0) + 1 for label in rooms}
                     else:
                         label = max(rooms)
@@ -292,7 +292,7 @@ def _eased(label: int, message: str, coarse: dict[int, int], cut_off: set[int]) 
         cut_off.add(label)
     else:
         coarse[label] = coarse.get(label, 0) + 1
-        again = coarse[label] <= 2
+        again = coarse[label] <= 3
     return again
 
 
