@@ -99,7 +99,10 @@ def outlines(picture: Picture, labels: Labels, coarse: Mapping[int, int] | None 
         rings = (
             [stated[label]]
             if label in stated
-            else [_sides(part, (x, y), picture, level) for part in _parts(labels[window] == label, picture)]
+            else [
+                _sides(part, (x, y), picture, level, 0.0 if index or picture.drawn else FACE * picture.cell)
+                for index, part in enumerate(_parts(labels[window] == label, picture))
+            ]
         )
         if len(rings[0]) >= 3:
             rooms[label] = [ring for ring in rings if len(ring) >= 3]
@@ -158,8 +161,13 @@ def _is_structure(hole: Mask, picture: Picture) -> bool:
     return area * picture.cell**2 >= LARGE_HOLE or area >= SOLID_HOLE * (width + 1.0) * (height + 1.0)
 
 
-def _sides(mask: Mask, corner: tuple[float, float], picture: Picture, level: int) -> list[_Side]:
-    """Return the sides of the outer boundary of a room; corner is that of cell [0, 0] of its mask, meters."""
+def _sides(mask: Mask, corner: tuple[float, float], picture: Picture, level: int, face: float) -> list[_Side]:
+    """Return the sides of the outer boundary of a room or hole.
+
+    Args:
+        corner: that of cell [0, 0] of the mask, meters.
+        face: distance of the faces of walls beyond the boundary, meters.
+    """
     # Each cell as 2 x 2 cells, so that the contour runs a quarter of a cell inside the boundary everywhere.
     factor, fine = COARSE if level > 1 else 1.0, level == 0 and not picture.drawn
     shortest = math.inf if level > 2 else FINE_OBLIQUE if fine else factor * OBLIQUE[picture.drawn]
@@ -180,11 +188,10 @@ def _sides(mask: Mask, corner: tuple[float, float], picture: Picture, level: int
     index = {tuple(point): place for place, point in reversed(list(enumerate(points.astype(int).tolist())))}
     places = [index[tuple(corner_)] for corner_ in corners.tolist()]
     metric = corner + (points + 0.5) * half
-    inset = half / 2.0 + (0.0 if picture.drawn else FACE * picture.cell)
     sides = []
     for start, end in zip(places, [*places[1:], places[0]], strict=True):
         along = metric[start : end + 1] if start <= end else np.concatenate([metric[start:], metric[: end + 1]])
-        sides.append(_side(along, tolerance, inset, shortest))
+        sides.append(_side(along, tolerance, half / 2.0 + face, shortest))
     return _straightened(sides, FINE if fine else factor * JOG[picture.drawn])
 
 
