@@ -223,6 +223,11 @@ class SearchLimitWarning(UserWarning):
     """A laboratory with less furniture than the floor may hold, because searches stopped at their effort limit."""
 
 
+def one_line(error: BaseException, longest: int) -> str:
+    """Return class and message of an error in one line of at most `longest` characters."""
+    return " ".join(f"{type(error).__name__}: {error}".split())[:longest]
+
+
 def _nearest(name: str, names: Sequence[str], least: float) -> list[str]:
     """Return the names that are spelled most like a name, at most five, compared without regard to case."""
     by_spelling: dict[str, list[str]] = {}

@@ -11,9 +11,7 @@ from pydantic import ValidationError
 from tyro.conf import Positional, UseAppendAction, arg
 
 from labgym.cli.arguments import OptionalNumber, OptionalPath, OptionalText, numbers
-from labgym.cli.outcome import written
-from labgym.cli.saving import Overwrite, layout_path, refuse_other_content, save
-from labgym.documents import write_bytes
+from labgym.cli.saving import Overwrite, layout_path, refuse_other_content, save, save_bytes
 from labgym.errors import DocumentError, OptionError
 
 if TYPE_CHECKING:
@@ -179,9 +177,6 @@ def _save_proposal(proposal: Proposal, answers: Answers, out: Path, overwrite: b
     from labgym.exchange.recognition.overlay import overlay_png
 
     picture, answered = out.with_suffix(".png"), out.with_suffix(".answers.json")
-    content = overlay_png(proposal)
     refuse_other_content(answers, answered, overwrite)
-    if picture.exists() and not overwrite and picture.read_bytes() != content:
-        raise OptionError(f"{picture} exists with other content: name another --out, or replace it with --overwrite")
-    written(write_bytes(picture, content))
+    save_bytes(overlay_png(proposal), picture, overwrite)
     save(answers, answered, overwrite)

@@ -50,7 +50,15 @@ def save_text(text: str, path: Path, overwrite: bool) -> int:
     Raises:
         OptionError: the file exists with other content, and `overwrite` is False.
     """
-    content = text.encode()
+    return save_bytes(text.encode(), path, overwrite)
+
+
+def save_bytes(content: bytes, path: Path, overwrite: bool) -> int:
+    """Write a file, print its path, and return the exit code.
+
+    Raises:
+        OptionError: the file exists with other content, and `overwrite` is False.
+    """
     if path.exists() and not overwrite and not (path.is_file() and path.read_bytes() == content):
         raise _other_content(path)
     return written(write_bytes(path, content))

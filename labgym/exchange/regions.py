@@ -12,6 +12,7 @@ import numpy as np
 from labgym.errors import OptionError
 from labgym.exchange.strips import tidy
 from labgym.layouts.floor import Rectangle
+from labgym.layouts.ground.ground import distinct
 
 if TYPE_CHECKING:
     from shapely import Polygon
@@ -113,7 +114,7 @@ def _columns(polygon: Polygon, step: float) -> list[list[Slab]]:
         for a, b in pairwise(ring.coords)
         if abs(a[0] - b[0]) > SAME
     ]
-    cuts = _distinct([x for edge in edges for x, _ in edge])
+    cuts = distinct([x for edge in edges for x, _ in edge])
     columns: list[list[Slab]] = []
     for low, high in pairwise(cuts):
         rise = _slope(edges, low, high)
@@ -189,11 +190,3 @@ def _at(edge: tuple[tuple[float, ...], tuple[float, ...]], x: float) -> float:
     """Return the y of the line through an edge at an x."""
     (x0, y0, *_), (x1, y1, *_) = edge
     return y0 + (y1 - y0) * (x - x0) / (x1 - x0)
-
-
-def _distinct(values: list[float]) -> list[float]:
-    distinct: list[float] = []
-    for value in sorted(values):
-        if not distinct or value - distinct[-1] > SAME:
-            distinct.append(value)
-    return distinct

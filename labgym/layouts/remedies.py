@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import islice
 
 from labgym.errors import InfeasibleError, LabgymError, OptionError
 from labgym.layouts.floor import Floor
@@ -21,6 +22,8 @@ ROOMS = ((4.0, 4.0), (6.0, 5.0), (8.0, 6.0))
 """Sizes of a further laboratory that are tried, smallest first, meters."""
 TRIALS = 30
 """Most changes that are tried."""
+ENOUGH = 5
+"""Number of changes that help with which the search for further ones ends."""
 SHOWN = 6
 """Most distances that a message names."""
 MOST = 8
@@ -46,13 +49,13 @@ def remedies(request: Request, trials: int = TRIALS) -> tuple[Remedy, ...]:
     The changes are: open the doors between spaces, drop the requirement of a service, remove a keep-out or a fixed
     piece, leave a protocol out, make a space longer (by the least length, to 0.1 m), and add a laboratory at an exit.
     Each is verified: the request that it gives is furnished and checked. A change whose search ends at the effort limit
-    is not returned. Deterministic.
+    is not returned. The search ends with five changes. Deterministic.
 
     Args:
         trials: most changes that are tried.
     """
     search = _Search(request, trials)
-    return tuple(remedy for kind in KINDS for remedy in kind(search))
+    return tuple(islice((remedy for kind in KINDS for remedy in kind(search)), ENOUGH))
 
 
 def clashes(request: Request) -> tuple[str, ...]:

@@ -12,7 +12,14 @@ from importlib.util import find_spec
 from pathlib import PurePath
 from typing import Any
 
-from labgym.errors import LabgymError, MissingDependencyError, OptionError, UnknownArgumentError, UnknownNameError
+from labgym.errors import (
+    LabgymError,
+    MissingDependencyError,
+    OptionError,
+    UnknownArgumentError,
+    UnknownNameError,
+    one_line,
+)
 from labgym.policies.policy import Policy
 from labgym.table import Table
 
@@ -217,7 +224,7 @@ def make_policy(name: str, **arguments: Any) -> Policy:
     except LabgymError:
         raise
     except Exception as error:
-        reason = " ".join(f"{type(error).__name__}: {error}".split())[:300]
+        reason = one_line(error, 300)
         raise LabgymError(f"policy {name!r}: its constructor failed with {reason}; arguments: {arguments}") from error
     return checked_policy(name, policy)
 

@@ -30,9 +30,9 @@ DOOR, EXIT = box(4.9, 2.5, 5.25, 3.4), box(1.5, -0.3, 2.5, 0.1)
 CELL = 0.05
 
 
-def scan(folder, degrees=0.0, door=DOOR, furniture=(), beams=True, image="map.pgm", gray=(0, 205, 254)):
-    """Write the map of two rooms as a robot records it, turned about the origin; return map.yaml."""
-    free = shapely.union_all([*ROOMS, door, EXIT])
+def scan(folder, degrees=0.0, door=DOOR, furniture=(), beams=True, image="map.pgm", gray=(0, 205, 254), rooms=ROOMS):
+    """Write the map of rooms as a robot records it, turned about the origin; return map.yaml."""
+    free = shapely.union_all([*rooms, door, EXIT])
     walls = free.buffer(0.12, join_style="mitre").difference(free.union(EXIT.buffer(0.5)))
     if beams:  # through a window in the upper wall
         rays = [LineString([(3.0, 5.0), (2.4 + 0.25 * k, 9.0)]).buffer(0.03) for k in range(8)]
@@ -109,6 +109,25 @@ def test_a_partition_with_furniture_on_both_sides_is_a_wall_and_the_furniture_is
     assert len(rooms) == 2
     for true in ROOMS:
         assert max(overlap(rotate(true, degrees, (0.0, 0.0)), room) for room in rooms) > 0.93
+
+
+@pytest.mark.parametrize("degrees", [0.0, 20.0])
+def test_a_room_of_a_map_keeps_short_oblique_walls(tmp_path, degrees):
+    octagon = box(0.0, 0.0, 6.0, 6.0)
+    for x, y in ((0.0, 0.0), (6.0, 0.0), (6.0, 6.0), (0.0, 6.0)):
+        corner = Polygon([(x, y), (x + 0.8 * (1 if x < 3 else -1), y), (x, y + 0.8 * (1 if y < 3 else -1))])
+        octagon = octagon.difference(corner)
+    rooms = in_file(recognize(scan(tmp_path / "m", degrees, door=EXIT, beams=False, rooms=(octagon,))))
+    assert [overlap(room, rotate(octagon, degrees, (0.0, 0.0))) > 0.96 for room in rooms] == [True]
+
+
+def test_a_straight_wall_within_a_room_stays_and_a_row_of_seats_is_floor(tmp_path):
+    angles = np.radians(np.arange(30.0, 151.0, 5.0))
+    seats = LineString(np.column_stack([4.0 + 3.0 * np.cos(angles), 3.0 + 3.0 * np.sin(angles)])).buffer(0.08)
+    wall = box(3.1, 2.0, 5.5, 2.2)
+    path = scan(tmp_path / "m", door=EXIT, furniture=(seats, wall), beams=False, rooms=(box(0.0, 0.0, 8.0, 8.0),))
+    (room,) = recognize(path).rooms.values()
+    assert [overlap(Polygon(hole), wall) > 0.4 for hole in room.interiors] == [True]
 
 
 def test_an_exit_that_is_seen_no_farther_than_the_wall_is_a_door(tmp_path):

@@ -230,7 +230,8 @@ def _nothing(path: Path, picture: Picture, labels: Labels) -> str:
 def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, notes: _Notes) -> Proposal:
     """Return the proposal; rooms and openings that do not fit a floor are left out one after another."""
     blocked: set[Pair] = set()
-    coarse: dict[int, int] = {}
+    # A drawing has no finer outlines to begin with.
+    coarse = dict.fromkeys(range(1, int(labels.max(initial=0)) + 1), int(picture.drawn))
     left_out: set[int] = set()
     cut_off: set[int] = set()
     for _ in range(ROUNDS):
@@ -268,8 +269,8 @@ def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, n
                     notes.skipped.append(f"{_named(picture, label, rooms[label])}: {reason}")
                     left_out.add(label)
                 elif "rectangles on one floor" in message:
-                    if min((coarse.get(label, 0) for label in rooms), default=2) < 2:
-                        coarse = {label: coarse.get(label, 0) + 1 for label in rooms}
+                    if min((coarse[label] for label in rooms), default=3) < 3:
+                        coarse = {label: coarse[label] + 1 for label in rooms}
                     else:
                         label = max(rooms)
                         notes.skipped.append(f"{_named(picture, label, rooms[label])}: the floor has too many corners")
@@ -291,8 +292,8 @@ def _eased(label: int, message: str, coarse: dict[int, int], cut_off: set[int]) 
         again = label not in cut_off
         cut_off.add(label)
     else:
-        coarse[label] = coarse.get(label, 0) + 1
-        again = coarse[label] <= 2
+        coarse[label] += 1
+        again = coarse[label] <= 3
     return again
 
 

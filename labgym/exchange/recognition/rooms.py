@@ -37,8 +37,12 @@ PILASTER = 0.45
 """The same for drawings, whose furniture is known: columns and pilasters, meters."""
 THICKEST_WALL, LONGEST_STUB = 0.35, 0.9
 """What is thinner and longer than these, and stands at the edge of a room, is a wall and no furniture, meters."""
-NARROWEST, LEAST_REST = 0.2, 0.5
-"""Width and area of the smallest alcoves, meters and square meters."""
+NARROWEST = {False: 0.1, True: 0.2}
+"""Width of the narrowest alcoves and corners of a map and of a drawing, meters."""
+LEAST_REST = {False: 0.02, True: 0.5}
+"""Area of the smallest alcoves and corners of a map and of a drawing, square meters."""
+LEAST_ALCOVE = 0.5
+"""Area of the smallest alcove, square meters: smaller ones are corners, or doorways if they lie between rooms."""
 MOST_UNKNOWN = 0.25
 """Largest share of the boundary of an alcove that is neither wall nor free."""
 THICKEST_OUTER, NARROWEST_WAY = 0.6, 0.5
@@ -177,17 +181,22 @@ def _doorways(picture: Picture, labels: Labels) -> Mask:
 
 def _with_rest(picture: Picture, labels: Labels) -> Labels:
     """Return labels in which free areas of no room, such as alcoves, belong to the room that they open to."""
-    rest = opened(picture.free & (labels == 0) & ~picture.outside, picture.cells(NARROWEST, 2))
+    rest = opened(picture.free & (labels == 0) & ~picture.outside, picture.cells(NARROWEST[picture.drawn], 2))
     _, parts, stats = components(rest)
     result = labels.copy()
-    for part in np.flatnonzero(stats[:, cv2.CC_STAT_AREA] * picture.cell**2 >= LEAST_REST)[1:].tolist():
+    areas = stats[:, cv2.CC_STAT_AREA] * picture.cell**2
+    for part in np.flatnonzero(areas >= LEAST_REST[picture.drawn])[1:].tolist():
         x, y, width, height = (int(value) for value in stats[part, :4])
         window = np.s_[max(y - 2, 0) : y + height + 2, max(x - 2, 0) : x + width + 2]
         own = parts[window] == part
         around = near(own, 2) & ~own
         rooms = np.bincount(labels[window][around])
         unknown = around & ~picture.free[window] & ~near(picture.solid[window], 1)
-        if rooms[1:].any() and unknown.sum() <= MOST_UNKNOWN * around.sum():
+        if areas[part] < LEAST_ALCOVE:
+            belongs = np.count_nonzero(rooms[1:]) == 1
+        else:
+            belongs = rooms[1:].any() and unknown.sum() <= MOST_UNKNOWN * around.sum()
+        if belongs:
             result[window][own] = 1 + int(np.argmax(rooms[1:]))
     return result
 

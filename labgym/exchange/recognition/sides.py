@@ -29,12 +29,21 @@ LINE = {False: 0.15, True: 0.04}
 """Sides that face the same way and are nearer than this lie on one line, meters."""
 SHARE = 0.8
 """Share of the boundary along a side that lies inside: furniture at a wall hides more than beams reach through it."""
+FACE = 0.75
+"""Depth of the face of a wall in its first solid cells in a map, cells: half, and the rounding of turned cells."""
 COARSE = 2.5
 """Factor on the deviation and the steps of outlines that are too complicated."""
+FINE = 0.2
+"""Longest step in a wall that is straightened in a map as long as its outline is not too complicated, meters."""
 OBLIQUE = {False: 1.5, True: 0.4}
 """Length of the shortest side in another direction; shorter ones are drawn as steps, meters."""
+FINE_OBLIQUE = 0.5
+"""The same in a map as long as its outline is not too complicated, meters."""
 LEAST_HOLE = 0.4
 """Area of the smallest part inside a room that is not of it, such as a shaft or a free-standing wall, square meters."""
+SOLID_HOLE, LARGE_HOLE = 0.6, 4.0
+"""Least share of the smallest rectangle around a hole of a map that it covers, and the area above which it may cover
+less, square meters: what covers less, such as rows of seats, is no wall and no shaft."""
 THINNEST = 0.045
 """Sides that are nearer than this have no wall between them and lie on one line, meters."""
 APART = 0.08
@@ -77,8 +86,8 @@ def outlines(picture: Picture, labels: Labels, coarse: Mapping[int, int] | None 
     Rooms without a straight outline are left out.
 
     Args:
-        coarse: rooms whose outline is too complicated: 1 for one with fewer corners, 2 for one that also has only
-            sides along the axes.
+        coarse: rooms whose outline is too complicated: 1 for one with few short oblique sides, 2 with fewer corners,
+            3 for one that also has only sides along the axes. Those of drawings are as they are drawn at 0 and 1.
     """
     rooms: dict[int, list[list[_Side]]] = {}
     stated = _stated(picture, labels)
@@ -90,7 +99,10 @@ def outlines(picture: Picture, labels: Labels, coarse: Mapping[int, int] | None 
         rings = (
             [stated[label]]
             if label in stated
-            else [_sides(part, (x, y), picture, level) for part in _parts(labels[window] == label, picture)]
+            else [
+                _sides(part, (x, y), picture, level, 0.0 if index or picture.drawn else FACE * picture.cell)
+                for index, part in enumerate(_parts(labels[window] == label, picture))
+            ]
         )
         if len(rings[0]) >= 3:
             rooms[label] = [ring for ring in rings if len(ring) >= 3]
@@ -138,14 +150,27 @@ def _parts(mask: Mask, picture: Picture) -> list[Mask]:
     full = ndimage.binary_fill_holes(mask)
     count, labels, stats = components(full & ~mask)
     large = [k for k in range(1, count + 1) if stats[k, cv2.CC_STAT_AREA] * picture.cell**2 >= LEAST_HOLE]
-    return [np.asarray(full), *(np.asarray(labels == k) for k in large)]
+    holes = [np.asarray(labels == k) for k in large]
+    return [np.asarray(full), *(hole for hole in holes if picture.drawn or _is_structure(hole, picture))]
 
 
-def _sides(mask: Mask, corner: tuple[float, float], picture: Picture, level: int) -> list[_Side]:
-    """Return the sides of the outer boundary of a room; corner is that of cell [0, 0] of its mask, meters."""
+def _is_structure(hole: Mask, picture: Picture) -> bool:
+    """Return whether a hole in a room of a map is large or about as full as a wall or a shaft."""
+    width, height = cv2.minAreaRect(np.argwhere(hole).astype(np.int32))[1]
+    area = int(hole.sum())
+    return area * picture.cell**2 >= LARGE_HOLE or area >= SOLID_HOLE * (width + 1.0) * (height + 1.0)
+
+
+def _sides(mask: Mask, corner: tuple[float, float], picture: Picture, level: int, face: float) -> list[_Side]:
+    """Return the sides of the outer boundary of a room or hole.
+
+    Args:
+        corner: that of cell [0, 0] of the mask, meters.
+        face: distance of the faces of walls beyond the boundary, meters.
+    """
     # Each cell as 2 x 2 cells, so that the contour runs a quarter of a cell inside the boundary everywhere.
-    factor = COARSE if level else 1.0
-    shortest = math.inf if level > 1 else factor * OBLIQUE[picture.drawn]
+    factor, fine = COARSE if level > 1 else 1.0, level == 0 and not picture.drawn
+    shortest = math.inf if level > 2 else FINE_OBLIQUE if fine else factor * OBLIQUE[picture.drawn]
     doubled = np.kron(mask.astype(np.uint8), np.ones((2, 2), np.uint8))
     contours, _ = cv2.findContours(np.asarray(doubled, dtype=np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     contour = max(contours, key=cv2.contourArea)
@@ -166,8 +191,8 @@ def _sides(mask: Mask, corner: tuple[float, float], picture: Picture, level: int
     sides = []
     for start, end in zip(places, [*places[1:], places[0]], strict=True):
         along = metric[start : end + 1] if start <= end else np.concatenate([metric[start:], metric[: end + 1]])
-        sides.append(_side(along, tolerance, half / 2.0, shortest))
-    return _straightened(sides, factor * JOG[picture.drawn])
+        sides.append(_side(along, tolerance, half / 2.0 + face, shortest))
+    return _straightened(sides, FINE if fine else factor * JOG[picture.drawn])
 
 
 def _side(points: Array, tolerance: float, inset: float, shortest: float) -> _Side:

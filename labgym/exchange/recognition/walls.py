@@ -10,7 +10,6 @@ from itertools import pairwise
 import numpy as np
 import shapely
 from shapely import LineString, Polygon, STRtree
-from shapely import Point as ShapelyPoint
 from shapely.geometry.polygon import orient
 
 from labgym.exchange.recognition.picture import Picture
@@ -321,8 +320,3 @@ def longest_wall(
     parts = [wall.free_part(wall.length / 2.0, DOOR_WIDTH) for wall in able]
     able = [w for w, part in zip(able, parts, strict=True) if part and w.point(sum(part) / 2.0) not in blocked]
     return max(able, key=lambda wall: (round(wall.length, 3), wall.start), default=None)
-
-
-def room_at(rooms: Mapping[int, Polygon], point: Point) -> int | None:
-    """Return the room that contains a point of the turned frame."""
-    return next((label for label, room in rooms.items() if room.contains(ShapelyPoint(point))), None)

@@ -147,8 +147,8 @@ LAP = 1e-3
 """Least length by which joined walls overlap, meters."""
 PARALLEL = 1e-3
 """Sine of the angle between two walls below which they are taken as parallel."""
-CHUNK = 64
-"""Ends that are compared with all walls at a time."""
+CHUNK = 16
+"""Consecutive ends, mostly of one room, that are compared with the walls around them at a time."""
 
 
 def extensions(walls: Sequence[Wall]) -> tuple[tuple[float, float], ...]:
@@ -158,16 +158,21 @@ def extensions(walls: Sequence[Wall]) -> tuple[tuple[float, float], ...]:
     it never passes through the other wall into what lies behind.
     """
     ends = [(index, at_end) for index in range(len(walls)) for at_end in (False, True)]
+    others = BoxArray.of([wall.box for wall in walls])
     lengths: list[float] = []
     for start in range(0, len(ends), CHUNK):
-        lengths += _lengths(walls, ends[start : start + CHUNK])
+        lengths += _lengths(walls, ends[start : start + CHUNK], others)
     return tuple(zip(lengths[::2], lengths[1::2], strict=True))
 
 
-def _lengths(walls: Sequence[Wall], ends: Sequence[tuple[int, bool]]) -> list[float]:
+def _lengths(walls: Sequence[Wall], ends: Sequence[tuple[int, bool]], others: BoxArray) -> list[float]:
     """Return by how much some ends (index of the wall, whether it is its end) run on, meters."""
-    others = BoxArray.of([wall.box for wall in walls])
-    near = pairwise_distance(BoxArray.of([_cap(walls[index], at_end) for index, at_end in ends]), others) <= JOINT
+    caps = BoxArray.of([_cap(walls[index], at_end) for index, at_end in ends])
+    low, high = caps.corners().min(axis=(0, 1)) - 2.0 * JOINT, caps.corners().max(axis=(0, 1)) + 2.0 * JOINT
+    corners = others.corners()
+    close = ((corners.max(axis=1) >= low) & (corners.min(axis=1) <= high)).all(axis=1)
+    near = np.zeros((len(ends), len(walls)), dtype=np.bool_)
+    near[:, close] = pairwise_distance(caps, others.take(np.flatnonzero(close))) <= JOINT
     near[np.arange(len(ends)), [index for index, _ in ends]] = False
     return [
         _length(walls[index], at_end, others, joined) if joined.any() else 0.0

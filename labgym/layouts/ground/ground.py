@@ -73,8 +73,8 @@ def missing(rectangles: Sequence[Span]) -> list[Span]:
 
 def _cells(rectangles: Sequence[Span]) -> tuple[list[float], list[float], NDArray[np.bool_]]:
     """The distinct coordinates, and which cells between them lie in the union, (ny, nx)."""
-    xs = _distinct([x for r in rectangles for x in (r.x0, r.x1)])
-    ys = _distinct([y for r in rectangles for y in (r.y0, r.y1)])
+    xs = distinct([x for r in rectangles for x in (r.x0, r.x1)])
+    ys = distinct([y for r in rectangles for y in (r.y0, r.y1)])
     inside = np.zeros((len(ys) - 1, len(xs) - 1), dtype=np.bool_)
     for r in rectangles:
         columns = slice(_index(xs, r.x0), _index(xs, r.x1))
@@ -82,12 +82,13 @@ def _cells(rectangles: Sequence[Span]) -> tuple[list[float], list[float], NDArra
     return xs, ys, inside
 
 
-def _distinct(values: Sequence[float]) -> list[float]:
-    distinct: list[float] = []
+def distinct(values: Sequence[float]) -> list[float]:
+    """Return coordinates in order, each farther than `JOIN` from the one before."""
+    result: list[float] = []
     for value in sorted(values):
-        if not distinct or value - distinct[-1] > JOIN:
-            distinct.append(value)
-    return distinct
+        if not result or value - result[-1] > JOIN:
+            result.append(value)
+    return result
 
 
 def _index(values: Sequence[float], value: float) -> int:

@@ -15,6 +15,7 @@ from labgym.errors import (
     LabgymError,
     OptionError,
     check_name,
+    one_line,
     optional_package,
 )
 from labgym.policies.adapters.inputs import check_archive, check_trust, checked_action, checked_file, sensors_for
@@ -109,7 +110,7 @@ def _load(path: Path, algorithm: str) -> Any:
     try:
         return getattr(stable_baselines3, algorithm).load(path, device="cpu")
     except Exception as error:
-        reason = " ".join(f"{type(error).__name__}: {error}".split())[:160]
+        reason = one_line(error, 160)
         raise LabgymError(f"policy {str(path)!r} is not a {algorithm} model of stable-baselines3 ({reason})") from error
 
 

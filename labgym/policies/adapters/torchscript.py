@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.errors import LabgymError, optional_package
+from labgym.errors import LabgymError, one_line, optional_package
 from labgym.policies.adapters.inputs import Inputs, check_archive, check_trust, checked_action, checked_file
 from labgym.policies.policy import EpisodeStart, Observation, Policy
 
@@ -57,7 +57,7 @@ class TorchScriptPolicy(Policy):
         try:
             self._module = torch.jit.load(str(self._path), map_location="cpu").eval()  # type: ignore[no-untyped-call]
         except Exception as error:  # noqa: BLE001 - torch raises many types for a damaged file
-            reason = " ".join(f"{type(error).__name__}: {error}".split())[:120]
+            reason = one_line(error, 120)
             raise LabgymError(f"policy {str(path)!r} is not TorchScript ({reason}); {REMEDY}") from None
         arguments = [argument.name for argument in self._module.forward.schema.arguments[1:]]
         self._inputs = Inputs(arguments, inputs, str(path))

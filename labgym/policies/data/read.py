@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.errors import DocumentError, OptionError
+from labgym.errors import DocumentError, OptionError, one_line
 from labgym.policies.data.columns import arrow, depth_of, map_schema, rgb_of, sample_schema
 from labgym.policies.data.manifest import DatasetShard, load_manifest
 from labgym.policies.data.maps import Maps
@@ -88,7 +88,7 @@ def _table(path: Path, content: bytes, schema: Any, rows: int) -> Any:
     except DocumentError:
         raise
     except (pa.ArrowException, OSError, ValueError, KeyError, IndexError, TypeError, MemoryError) as error:
-        reason = " ".join(f"{type(error).__name__}: {error}".split())[:160]
+        reason = one_line(error, 160)
         raise DocumentError(path, "", f"not a parquet file of a dataset ({reason}); {REMEDY}") from None
     _check_complete(path, table)
     return table

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.counts import is_whole
-from labgym.errors import LabgymError
+from labgym.errors import LabgymError, one_line
 from labgym.policies.http.requests import finite_numbers, frames_of
 from labgym.policies.http.served import ServedPolicy, blank_frame
 from labgym.policies.http.wire import WireError, paths_of
@@ -49,7 +49,7 @@ class Fleet:
             served.trajectory(blank_frame(self._kinds[0]))
         except Exception as error:
             first.close()
-            raise LabgymError(f"policy {first.name!r} cannot be served: {one_line(error)}") from error
+            raise LabgymError(f"policy {first.name!r} cannot be served: {one_line(error, 400)}") from error
         served.forget()
         self._robots = [served]
 
@@ -120,8 +120,3 @@ class Fleet:
         with self._lock:
             while self._robots:
                 self._robots.pop().close()
-
-
-def one_line(error: Exception) -> str:
-    """Return class and message of an error in one line."""
-    return " ".join(f"{type(error).__name__}: {error}".split())[:400]

@@ -11,8 +11,8 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from labgym import __version__
-from labgym.errors import DocumentError
-from labgym.policies.http.fleet import Fleet, UnsupportedStepError, one_line
+from labgym.errors import DocumentError, one_line
+from labgym.policies.http.fleet import Fleet, UnsupportedStepError
 from labgym.policies.http.forms import decode_form
 from labgym.policies.http.requests import json_object
 from labgym.policies.http.slots import BoundedHandler, BoundedServer, Budget
@@ -156,7 +156,7 @@ class _Handler(BoundedHandler):
         except OSError:
             self.close_connection = True
         except Exception as error:  # noqa: BLE001 - a policy may raise anything, and the client must learn of it
-            self._refuse(HTTPStatus.INTERNAL_SERVER_ERROR, f"policy {fleet.name!r}: {one_line(error)}")
+            self._refuse(HTTPStatus.INTERNAL_SERVER_ERROR, f"policy {fleet.name!r}: {one_line(error, 400)}")
 
     def do_GET(self) -> None:  # noqa: N802
         """Return the name of the policy and the version."""

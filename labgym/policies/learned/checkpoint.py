@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import torch
 
 from labgym.documents import write_bytes
-from labgym.errors import DocumentError
+from labgym.errors import DocumentError, one_line
 
 MAX_BYTES = 512 * 1024**2
 """Largest size of a checkpoint, also when unpacked."""
@@ -70,7 +70,7 @@ def load_checkpoint(path: Path, parts: Mapping[str, Stateful], is_record: Callab
             part.load_state_dict(state["parts"][name])
         return state["record"]
     except Exception as error:  # noqa: BLE001 - torch raises many types for a damaged file
-        reason = " ".join(f"{type(error).__name__}: {error}".split())[:160]
+        reason = one_line(error, 160)
         raise DocumentError(
             path, "", f"damaged, or of another network ({reason}); train from the start with --fresh"
         ) from None

@@ -17,7 +17,7 @@ import cloudpickle
 
 from labgym.artefacts import user_cache
 from labgym.documents import canonical_hash, write_bytes
-from labgym.errors import LabgymError, OptionError
+from labgym.errors import LabgymError, OptionError, one_line
 from labgym.policies.fingerprint.sources import is_installed_file, module_file, source_files
 from labgym.policies.policy import Policy
 from labgym.policies.registry import BUILT_IN, SERVERS, checked_policy, make_policy, policy_place
@@ -148,7 +148,7 @@ class PolicySource:
                 stated = tuple(str(Path(path).absolute()) for path in policy.files())
                 return cls(policy.name, {}, cloudpickle.dumps(policy), tuple(sorted(modules)), stated)
         except Exception as error:
-            reason = " ".join(f"{type(error).__name__}: {error}".split())[:300]
+            reason = one_line(error, 300)
             raise OptionError(
                 f"policy {policy.name!r} cannot be sent to its process ({reason}); pass it by name: module:Class"
             ) from error
@@ -218,7 +218,7 @@ class PolicySource:
         try:
             policy = pickle.loads(self.pickled)  # noqa: S301 - from the evaluator, which holds the object
         except Exception as error:
-            reason = " ".join(f"{type(error).__name__}: {error}".split())[:300]
+            reason = one_line(error, 300)
             raise LabgymError(f"policy {self.name!r} cannot be copied into its process: {reason}") from error
         return checked_policy(self.name, policy)
 
