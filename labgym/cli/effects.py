@@ -88,6 +88,12 @@ IDLE: Mapping[str, tuple[Idle, ...]] = {
             "with another --proposer: it gives the reasons of the solver",
         ),
         Idle(("adjuster",), lambda v: not v.optimise, "with --no-optimise, which adjusts nothing"),
+        Idle(("library",), lambda v: v.rules != "labbuilder", "without --rules labbuilder: leave it out"),
+        Idle(
+            ("profile", "explain", "trace", "count"),
+            lambda v: v.rules == "labbuilder",
+            "with --rules labbuilder, which has its own distances and chooses among several layouts: leave it out",
+        ),
     ),
     "score": (
         Idle(

@@ -16,6 +16,7 @@ from labgym.errors import OptionError
 
 if TYPE_CHECKING:
     from labgym.eval.scoring.judgement import JudgeOptions
+    from labgym.paper.labbuilder_rules.library import Library
     from labgym.runs import ExecutorOptions
 
 OptionalMode = Annotated[
@@ -107,16 +108,10 @@ def score(
 
 def _labbuilder(names: Sequence[str], library: str | None, as_json: bool) -> int:
     from labgym.paper.labbuilder_rules.inputs import rated_scenes
-    from labgym.paper.labbuilder_rules.library import open_library
     from labgym.paper.labbuilder_rules.quirks import MODES
     from labgym.paper.labbuilder_rules.verdict import both_modes, rules_table, verdict_values
 
-    if library is None:
-        raise OptionError(
-            "--rules labbuilder takes sizes and flags from a library: add --library FILE, LabBuilder's "
-            "assets_annotated.json, or --library catalog for labgym's own"
-        )
-    assets = open_library(library)
+    assets = flag_library(library)
     verdicts = {name: both_modes(scene, assets) for name, scene in rated_scenes(names, assets)}
     if as_json:
         listed = {name: {mode: each.model_dump() for mode, each in both.items()} for name, both in verdicts.items()}
@@ -127,6 +122,23 @@ def _labbuilder(names: Sequence[str], library: str | None, as_json: bool) -> int
     lines = {mode: [each[mode] for each in values] for mode in MODES}
     print(rules_table(f"{title}: {assets.title}", lines).table().text())
     return DONE
+
+
+def flag_library(name: str | None) -> Library:
+    """Return the library of the option --library, which the rule set labbuilder requires.
+
+    Raises:
+        OptionError: it is not given.
+        DocumentError: the file is broken.
+    """
+    from labgym.paper.labbuilder_rules.library import open_library
+
+    if name is None:
+        raise OptionError(
+            "--rules labbuilder takes sizes and flags from a library: add --library FILE, LabBuilder's "
+            "assets_annotated.json, or --library catalog for labgym's own"
+        )
+    return open_library(name)
 
 
 def _rulings(names: Sequence[str], regulations: str, as_json: bool, check: bool) -> int:
