@@ -108,7 +108,7 @@ IDLE: Mapping[str, tuple[Idle, ...]] = {
             "with --rules labbuilder, which prints the figures of both modes: leave it out",
         ),
         Idle(
-            ("as_json", "library"),
+            ("library",),
             lambda v: v.rules == "labbuilder" and v.judge,
             "with --rules labbuilder --judge, which prints points as JSON: leave it out",
         ),
