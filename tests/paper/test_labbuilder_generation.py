@@ -12,7 +12,10 @@ from labgym.assets import Catalog
 from labgym.cli import main
 from labgym.eval import score
 from labgym.layouts import Layout
+from labgym.layouts.generate import resolve_request
+from labgym.layouts.method import DEFAULT
 from labgym.layouts.placement import FLOOR
+from labgym.paper.labbuilder_rules import generation
 from labgym.paper.labbuilder_rules.generation import missed
 from labgym.paper.labbuilder_rules.library import catalog_library
 from labgym.paper.labbuilder_rules.quirks import CORRECTED
@@ -74,6 +77,20 @@ def test_no_score_is_missed_and_touchstone_holds(layout):
     report = score(layout, contacts=False)
     assert report.v == 0
     assert report.passed
+
+
+def test_another_draw_has_the_id_and_the_seed_of_the_request(monkeypatch):
+    seen = []
+
+    def missed_once(verdict):
+        seen.append(verdict)
+        return ("nav_released",) if verdict is seen[0] else ()
+
+    monkeypatch.setattr(generation, "missed", missed_once)
+    request = resolve_request("alk_03", 4, rules=generation.RULES)
+    layout, verdict = generation.generate_by(request, DEFAULT, catalog_library(Catalog.load()))
+    assert verdict is not seen[0]
+    assert (layout.id, layout.provenance.seed, layout.provenance.options["draw"]) == ("alk_03-bay-4", 4, 1)
 
 
 @pytest.mark.parametrize("words", [[], ["--library", "catalog", "--profile", "strict"]])

@@ -62,10 +62,9 @@ def generate_by(request: Request, method: Method, library: Library) -> tuple[Lay
         if best is None:
             best = layout, verdict
         elif len(missed(verdict)) < len(missed(best[1])):
-            own = best[0].provenance
-            provenance = layout.provenance.model_copy(update={"seed": own.seed})
-            provenance.options["draw"] = draw
-            best = layout.replace(id=best[0].id, provenance=provenance), verdict
+            made = layout.provenance
+            made = made.model_copy(update={"seed": request.seed, "options": {**made.options, "draw": draw}})
+            best = layout.replace(id=best[0].id, provenance=made), verdict
         if {*missed(best[1])} <= {"store"}:  # Other draws cool the same reagents: a refrigerator is no cabinet.
             break
     assert best is not None
