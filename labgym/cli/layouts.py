@@ -131,7 +131,8 @@ class MethodArguments(RuleArguments):
         zones: Record functional zones, and where each step is done if its hood or bench exists more than once.
         facility: Let phase 2 follow facility rules (fronts, door areas, ways out) and repair what fails; --no-facility
             runs the paper's phases, in which only phase 3 considers navigation.
-        library: With --rules labbuilder, LabBuilder's assets_annotated.json, or catalog, for labgym's sizes and flags.
+        library: With --rules labbuilder, which makes layouts that the evaluator of the paper's authors scores highly
+            (docs/labbuilder.md): its assets_annotated.json, or catalog, for labgym's sizes and flags.
     """
 
     proposer: str = "solver"
