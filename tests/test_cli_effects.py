@@ -43,6 +43,10 @@ CASES = [
     ("generate sub_01 --extra", "--extra"),
     ("generate sub_01 --explain --proposer sampler", "--explain"),
     ("generate sub_01 --no-optimise --adjuster llm", "--adjuster"),
+    ("generate sub_01 --library a.json", "--library"),
+    *((f"generate sub_01 --rules labbuilder --library catalog {flag}", flag.split()[0]) for flag in (
+        "--profile strict", "--explain", "--trace t.json", "--count 2 --out batch",
+    )),
     *((f"generate sub_01 --count 2 --out batch {flag}", flag.split()[0]) for flag in (
         "--explain", "--have a.csv", "--fixed a.csv", "--service water:left", "--trace a.json", "--overwrite")),
     *((f"score {LAYOUT} --regulations US {flag}", flag.split()[0]) for flag in (
@@ -50,7 +54,8 @@ CASES = [
         "--samples 4", "--fresh", "--workers 2")),
     (f"score {LAYOUT} --library a.json", "--library"),
     *((f"score {LAYOUT} --rules labbuilder --library a.json {flag}", flag.split()[0]) for flag in (
-        "--protocol sub_02", "--profile strict", "--check", "--out scores", "--judge strict", "--workers 2")),
+        "--protocol sub_02", "--profile strict", "--check", "--out scores", "--workers 2")),
+    (f"score {LAYOUT} --rules labbuilder --judge strict --library a.json", "--library"),
     (f"score {LAYOUT} --fresh", "--fresh"),
     (f"score {LAYOUT} --samples 4", "--samples"),
     (f"score {LAYOUT} --workers 2", "--workers"),

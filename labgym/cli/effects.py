@@ -88,6 +88,12 @@ IDLE: Mapping[str, tuple[Idle, ...]] = {
             "with another --proposer: it gives the reasons of the solver",
         ),
         Idle(("adjuster",), lambda v: not v.optimise, "with --no-optimise, which adjusts nothing"),
+        Idle(("library",), lambda v: v.rules != "labbuilder", "without --rules labbuilder: leave it out"),
+        Idle(
+            ("profile", "explain", "trace", "count"),
+            lambda v: v.rules == "labbuilder",
+            "with --rules labbuilder, which has its own distances and chooses among several layouts: leave it out",
+        ),
     ),
     "score": (
         Idle(
@@ -97,9 +103,14 @@ IDLE: Mapping[str, tuple[Idle, ...]] = {
         ),
         Idle(("library",), lambda v: v.rules != "labbuilder", "without --rules labbuilder: leave it out"),
         Idle(
-            ("protocol", "profile", "check", "out", "judge", "samples", "fresh", *EXECUTION),
+            ("protocol", "profile", "check", "out", "samples", "fresh", *EXECUTION),
             lambda v: v.rules == "labbuilder",
             "with --rules labbuilder, which prints the figures of both modes: leave it out",
+        ),
+        Idle(
+            ("library",),
+            lambda v: v.rules == "labbuilder" and v.judge,
+            "with --rules labbuilder --judge, which prints points as JSON: leave it out",
         ),
         Idle(("fresh",), lambda v: v.out is None, NO_OUT),
         Idle(("samples",), lambda v: v.judge is None, "without a judge: name its mode with --judge"),

@@ -23,12 +23,14 @@ from labgym.cli.arguments import (
 from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import DONE, FAILED, written
 from labgym.cli.saving import Overwrite, layout_path, refuse_other_content, save
+from labgym.cli.scores import LABBUILDER, flag_library
 from labgym.errors import InfeasibleError, OptionError, UnrepairedError
 
 if TYPE_CHECKING:
     from labgym.assets import Catalog
     from labgym.layouts import Floor, Method, Placement
     from labgym.layouts.request import Holdings
+    from labgym.layouts.rules import RuleSet
 
 
 @dataclass(frozen=True)
@@ -129,6 +131,8 @@ class MethodArguments(RuleArguments):
         zones: Record functional zones, and where each step is done if its hood or bench exists more than once.
         facility: Let phase 2 follow facility rules (fronts, door areas, ways out) and repair what fails; --no-facility
             runs the paper's phases, in which only phase 3 considers navigation.
+        library: With --rules labbuilder, which makes layouts that the evaluator of the paper's authors scores highly
+            (docs/labbuilder.md): its assets_annotated.json, or catalog, for labgym's sizes and flags.
     """
 
     proposer: str = "solver"
@@ -139,6 +143,15 @@ class MethodArguments(RuleArguments):
     keep: bool = False
     zones: bool = False
     facility: bool = True
+    library: OptionalText = None
+
+    def rule_set(self) -> RuleSet:
+        """Return the rule set with the thresholds; of labbuilder, touchstone with its distances."""
+        if self.rules != LABBUILDER:
+            return super().rule_set()
+        from labgym.paper.labbuilder_rules.generation import RULES
+
+        return RULES
 
     def method(self) -> Method:
         """Return the method."""
@@ -245,10 +258,12 @@ def _generate_one(
     from labgym.assets import Catalog
     from labgym.layouts.generate import generate_assessed, reasons, resolve_request
     from labgym.layouts.trace import Recorder
+    from labgym.paper.labbuilder_rules.generation import generate_by
     from labgym.protocols import resolve
 
     rules, phases, out = method.rule_set(), method.method(), output.out or Path()
     layout_path(out, names[0])  # a wrong name is refused before the work
+    library = flag_library(method.library) if method.rules == LABBUILDER else None
     holdings, catalog = existing.holdings(), Catalog.load()
     request = resolve_request(
         [resolve(name) for name in names],
@@ -262,7 +277,10 @@ def _generate_one(
     )
     recorder = None if output.trace is None else Recorder()
     try:
-        layout, _ = generate_assessed(request, phases, recorder)
+        if library is not None:
+            layout = generate_by(request, phases, library)[0]
+        else:
+            layout = generate_assessed(request, phases, recorder)[0]
     except UnrepairedError:
         raise  # another room would not help
     except InfeasibleError as error:

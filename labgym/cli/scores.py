@@ -15,7 +15,8 @@ from labgym.cli.outcome import DONE, FAILED, written
 from labgym.errors import OptionError
 
 if TYPE_CHECKING:
-    from labgym.eval.scoring.judgement import JudgeOptions
+    from labgym.eval.scoring.judgement import JudgeOptions, Mode
+    from labgym.paper.labbuilder_rules.library import Library
     from labgym.runs import ExecutorOptions
 
 OptionalMode = Annotated[
@@ -61,7 +62,7 @@ def score(
         out: Folder for scores.jsonl, with the report of each layout. An interrupted command resumes.
         fresh: With --out, move the files of the folder aside and start anew.
         judge: Let the configured vision-language model judge pictures of each layout, strict, medium or lenient
-            (docs/language-models.md).
+            (docs/language-models.md); with --rules labbuilder, by the rubric of the paper's authors.
         samples: With --judge, number of answers about each layout; their spread is reported.
     """
     from labgym.eval.scoring.judgement import JudgeOptions
@@ -72,7 +73,7 @@ def score(
     if regulations is not None:
         return _rulings(layout, regulations, as_json, check)
     if rules == LABBUILDER:
-        return _labbuilder(layout, library, as_json)
+        return _labbuilder(layout, library, as_json, judge)
     options = None if judge is None else JudgeOptions(judge, samples)
     if options is not None:
         LanguageModelConfig.from_environment()  # before anything is computed
@@ -105,18 +106,14 @@ def score(
     return DONE if report.passed or not check else FAILED
 
 
-def _labbuilder(names: Sequence[str], library: str | None, as_json: bool) -> int:
+def _labbuilder(names: Sequence[str], library: str | None, as_json: bool, judge: Mode | None) -> int:
     from labgym.paper.labbuilder_rules.inputs import rated_scenes
-    from labgym.paper.labbuilder_rules.library import open_library
     from labgym.paper.labbuilder_rules.quirks import MODES
     from labgym.paper.labbuilder_rules.verdict import both_modes, rules_table, verdict_values
 
-    if library is None:
-        raise OptionError(
-            "--rules labbuilder takes sizes and flags from a library: add --library FILE, LabBuilder's "
-            "assets_annotated.json, or --library catalog for labgym's own"
-        )
-    assets = open_library(library)
+    if judge is not None:
+        return _rated(names, judge)
+    assets = flag_library(library)
     verdicts = {name: both_modes(scene, assets) for name, scene in rated_scenes(names, assets)}
     if as_json:
         listed = {name: {mode: each.model_dump() for mode, each in both.items()} for name, both in verdicts.items()}
@@ -127,6 +124,35 @@ def _labbuilder(names: Sequence[str], library: str | None, as_json: bool) -> int
     lines = {mode: [each[mode] for each in values] for mode in MODES}
     print(rules_table(f"{title}: {assets.title}", lines).table().text())
     return DONE
+
+
+def _rated(names: Sequence[str], mode: Mode) -> int:
+    """Print the points of the rubric of the rule set labbuilder, of each layout."""
+    from labgym.envs.tasks import each_layout
+    from labgym.llm import LanguageModel
+    from labgym.paper.labbuilder_rules.rubric import rate
+
+    with LanguageModel.from_environment() as model:
+        for layout in each_layout(names):
+            print(json.dumps({"layout": layout.id, "mode": mode, "points": rate(model, layout, mode).points()}))
+    return DONE
+
+
+def flag_library(name: str | None) -> Library:
+    """Return the library of the option --library, which the rule set labbuilder requires.
+
+    Raises:
+        OptionError: it is not given.
+        DocumentError: the file is broken.
+    """
+    from labgym.paper.labbuilder_rules.library import open_library
+
+    if name is None:
+        raise OptionError(
+            "--rules labbuilder takes sizes and flags from a library: add --library FILE, LabBuilder's "
+            "assets_annotated.json, or --library catalog for labgym's own"
+        )
+    return open_library(name)
 
 
 def _rulings(names: Sequence[str], regulations: str, as_json: bool, check: bool) -> int:

@@ -11,7 +11,7 @@ from labgym.assets import Catalog
 from labgym.cli import main
 from labgym.errors import DocumentError
 from labgym.layouts import load_published, published
-from labgym.paper.labbuilder.study import LabBuilderStudy, measure_published
+from labgym.paper.labbuilder.study import LabBuilderStudy, measure_generated, measure_published
 from labgym.paper.labbuilder_rules.chemistry import chemistry, satisfaction
 from labgym.paper.labbuilder_rules.geometry import collisions, out_of_bounds
 from labgym.paper.labbuilder_rules.library import UNKNOWN, Entry, Library, catalog_library, read_library
@@ -278,3 +278,18 @@ def test_the_study_says_what_each_quirk_is_worth(files):
     assert [line.name for line in quirks.lines] == [f"{number} {name}" for name, number in NUMBERS.items()]
     obj = quirks.lines[NUMBERS["obj"] - 1].cells["obj"]
     assert obj.value == -1.0
+
+
+def test_the_study_counts_generated_layouts_and_names_those_below_their_goals(files):
+    library = str(files / "assets.json")
+    outputs = measure_generated("alk_03", 0, library).files
+    (text,) = (text for name, text in outputs.items() if name.endswith(".jsonl"))
+    study = LabBuilderStudy(files, library, 1)
+    assert sum(shard.name == "alk_03-0" for shard in study.shards()) == 1
+    row = study.row.model_validate_json(text)
+    assert "layouts/alk_03-0.json" in outputs
+    low = row.model_copy(update={"scene": "low", "v": 2, "missed": ("glass",)})
+    figures = study.figures([row, low])
+    assert "1 of 2 generated layouts have no violation" in figures.summary[-1]
+    assert figures.summary[-1].endswith("with a score below its goal: low (glass).")
+    assert [line.name for line in figures.tables[-1].lines][-1] == "generated layouts, labbuilder, corrected"

@@ -22,6 +22,10 @@ from labgym.paper.reproduction.figures import (
 POLICY = "astar"
 """The policy that drives in the repaired scenes."""
 State = Literal["before", "after"]
+Origin = Literal["scenes", "published layouts", "generated layouts"]
+SCENES: Origin = "scenes"
+PUBLISHED: Origin = "published layouts"
+GENERATED: Origin = "generated layouts"
 BEFORE: State = "before"
 AFTER: State = "after"
 STATES: dict[State, str] = {BEFORE: "scenes as they are", AFTER: "scenes repaired"}
@@ -41,7 +45,7 @@ MEANS = (
 
 
 class SceneRow(Record):
-    """A scene, as its authors wrote it and repaired; or a published layout of labgym.
+    """A scene, as its authors wrote it and repaired; or a layout of labgym.
 
     Attributes:
         scene: name of its file. query: the request that it was generated for.
@@ -53,7 +57,9 @@ class SceneRow(Record):
             with contacts.
         moved: number of objects that the repair moved.
         error: why the scene could not be read or processed.
-        published: whether it is a layout that labgym publishes, which has only `before` and `readings`.
+        origin: what it is. Layouts have only `before` and `readings`; generated ones also `v` and `missed`.
+        v: violations and facility errors under the rule set `touchstone`.
+        missed: scores under the rule set `labbuilder` that are lower than they should be.
         readings: figures under the rule set `labbuilder` by reading: both modes, and each quirk corrected alone; with a
             library.
     """
@@ -73,7 +79,9 @@ class SceneRow(Record):
     touching: int = 0
     moved: int = 0
     error: str | None = None
-    published: bool = False
+    origin: Origin = SCENES
+    v: int | None = None
+    missed: tuple[str, ...] = ()
     readings: dict[str, dict[str, float | None]] = Field(default_factory=dict)
 
 

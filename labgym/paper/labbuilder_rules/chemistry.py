@@ -206,10 +206,13 @@ def _glass(stage: Stage) -> Iterator[Constraint]:
 
 
 def _surface(stage: Stage, piece: Piece) -> Body | None:
-    """Return the body whose edges count for an object; None if its label names nothing."""
+    """Return the body whose edges count for an object; None if its label names nothing.
+
+    Surfaces are furniture: under glassware on a stand counts what carries the stand.
+    """
     if not stage.reading.literal("surface"):
-        carrier = stage.carrier(piece)
-        return None if carrier is None else stage.body(carrier)
+        below = stage.carriers(piece)
+        return stage.body(below[-1]) if below else None
     name = _known(piece.label)
     found = next((other for other in stage.scene.pieces if other.on_floor and _known(other.id) == name), None)
     return None if found is None else stage.body(found)

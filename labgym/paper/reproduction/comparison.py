@@ -26,6 +26,7 @@ from labgym.paper.reproduction.figures import FEWEST_PROTOCOLS, PublishedFigures
 from labgym.paper.reproduction.layout_tables import SAMPLER, own_table, paper_table, second_table
 from labgym.paper.reproduction.page import StudySection
 from labgym.paper.reproduction.plates import comparison_section, failure_section
+from labgym.paper.reproduction.ranking import ranking_lines, ranking_shards
 from labgym.paper.reproduction.study import Study, code_facts
 from labgym.paper.rivals import HolodeckProposer, SceneWeaverProposer
 from labgym.paper.rivals.chamber import chambers
@@ -104,8 +105,9 @@ class LayoutStudy(Study[LayoutRow]):
         }
 
     def shards(self) -> Sequence[Shard]:
-        """Return a shard for each variant, protocol and seed."""
-        return layout_shards(self.variants, self.protocols, self.seeds, self.profile, self.judge)
+        """Return a shard for each variant, protocol and seed; with a judge also those that show whether it can rank."""
+        layouts = layout_shards(self.variants, self.protocols, self.seeds, self.profile, self.judge)
+        return (*layouts, *ranking_shards(self.judge))
 
     @abstractmethod
     def printed(self) -> PaperTable:
@@ -142,7 +144,7 @@ class LayoutStudy(Study[LayoutRow]):
             own = [row for row in rows if row.variant == variant.key]
             first, second = sum(row.valid for row in own), sum(row.valid_2 for row in own)
             lines.append(f"{variant.title}: {first} and {second} of {len(own)}")
-        return (f"Valid layouts under the rule sets paper and touchstone: {'; '.join(lines)}.",)
+        return (f"Valid layouts under the rule sets paper and touchstone: {'; '.join(lines)}.", *ranking_lines(rows))
 
     def sections(self, rows: Sequence[LayoutRow], folder: Path) -> Sequence[StudySection]:
         """Return the layouts of some protocols by every variant, and the failures."""

@@ -17,6 +17,7 @@ from labgym.paper.reproduction.figures import (
     mean_cell,
     paper_line,
 )
+from labgym.paper.reproduction.ranking import can_rank
 from labgym.paper.sampler.rates import calibration
 
 
@@ -124,10 +125,9 @@ def paper_table(
 ) -> FigureTable:
     """Return the table with the columns of the paper: our lines, then the printed ones.
 
-    Real, Lay and Comp are among them once a judge has scored a layout.
+    Real, Lay and Comp are among them if a judge has scored the layouts that can rank.
     """
-    judged = any(row.metrics.get(metric.field) is not None for row in rows for metric in SEMANTIC)
-    metrics = (*PAPER_COLUMNS, *(SEMANTIC if judged else ()))
+    metrics = (*PAPER_COLUMNS, *(SEMANTIC if can_rank(rows) else ()))
     columns = tuple(metric.column for metric in metrics)
     lines = variant_lines(rows, variants, metrics)
     return FigureTable(

@@ -35,6 +35,7 @@ from labgym.paper.reproduction.figures import PublishedFigures
 from labgym.paper.reproduction.layout_tables import fitted_figures, paper_table, second_table
 from labgym.paper.reproduction.measures import report_metrics
 from labgym.paper.reproduction.plates import failure_section
+from labgym.paper.reproduction.ranking import GRADES, LEAST_RANKED, PAIRS, graded, ranking_lines, ranking_shards
 from labgym.paper.reproduction.study import parse_rows, reproduce
 from labgym.protocols import protocols
 
@@ -85,16 +86,45 @@ def test_the_tables_have_our_lines_and_the_paper_s_with_every_column(folder):
         assert {key: cell.value for key, cell in printed[row["method"]].items()} == numbers
 
 
-def test_the_columns_of_a_judge_appear_once_it_has_scored_a_layout(folder, rows):
+def ranking_rows(row, ordered):
+    """Rows of a judge that scores as many layouts as `ordered` above their damaged selves, and the others alike."""
+    grades = [(grade, index, float(grade == "sound" and index < ordered)) for grade in GRADES for index in range(PAIRS)]
+    return [
+        row.model_copy(
+            update={"variant": f"ranking-{grade}", "seed": index, "file": None, "metrics": {"real": more, "lay": 1.0}}
+        )
+        for grade, index, more in grades
+    ]
+
+
+def test_the_columns_of_a_judge_appear_if_it_can_rank(folder, rows):
     for table in PublishedFigures.load(folder / "figures.json").tables:
         assert not {"real", "lay", "comp"} & {column.key for column in table.columns}
     assert not any(word in (folder / "figures.csv").read_text() for word in (",real,", ",lay,", ",comp,"))
     judged = rows[0].model_copy(update={"metrics": {**rows[0].metrics, "real": 7.0, "lay": 6.0, "comp": 5.0}})
-    table = paper_table([judged, rows[1]], VARIANTS, paper().layouts, "T")
+    blind, ranks = (ranking_rows(rows[0], ordered) for ordered in (LEAST_RANKED - 1, LEAST_RANKED))
+    table = paper_table([judged, rows[1], *blind], VARIANTS, paper().layouts, "T")
+    assert not {"real", "lay", "comp"} & {column.key for column in table.columns}
+    assert "15 damaged and 15 spoilt versions of them: below 16" in ranking_lines(blind)[0]
+    assert ranking_lines(rows) == ()
+    table = paper_table([judged, rows[1], *ranks], VARIANTS, paper().layouts, "T")
     assert [column.key for column in table.columns][-3:] == ["real", "lay", "comp"]
     assert table.lines[0].cells["real"].value == 7.0
     printed = {line.name: line.cells for line in table.lines if line.origin == "paper"}
     assert printed["LabBuilder"]["real"].value == 8.23
+
+
+def test_layouts_that_a_judge_ranks_are_worse_with_more_damage():
+    shards = ranking_shards(JudgeOptions())
+    assert len({shard.name for shard in shards}) == 60
+    assert ranking_shards(None) == ()
+    for index in (0, 5):
+        sound, damaged, spoilt = (graded(grade, index) for grade in GRADES)
+        assert score(sound, rules="paper").v == 0 < score(damaged, rules="paper").v
+        assert score(spoilt, rules="paper").v > 0
+        changed = [sum(p not in one.placements for p in sound.placements) for one in (damaged, spoilt)]
+        assert 0 < changed[0] < changed[1]
+        assert graded("spoilt", index) == spoilt
 
 
 def test_figures_that_the_sampler_was_fitted_to_are_marked_in_every_form(folder):

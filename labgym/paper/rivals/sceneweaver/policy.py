@@ -14,20 +14,20 @@ import numpy as np
 
 from labgym.paper.rivals.sceneweaver.critic import Critique, Fault, SceneProblem
 
-Tool = Literal["add", "remove", "move", "rotate", "relate"]
+Tool = Literal["add", "crowd", "remove", "resize", "move", "rotate", "relate"]
 
 CONFIDENCE: dict[Fault, dict[Tool, float]] = {
-    "collision": {"move": 0.7, "remove": 0.5},
-    "outside": {"move": 0.7, "remove": 0.5},
+    "collision": {"move": 0.7, "remove": 0.5, "resize": 0.4},
+    "outside": {"move": 0.7, "remove": 0.5, "resize": 0.4},
     "missing": {"add": 0.9},
     "monotonous": {"add": 0.8},
-    "crowded": {"remove": 0.8},
+    "crowded": {"remove": 0.8, "resize": 0.5},
     "off the wall": {"relate": 0.8, "move": 0.5},
     "facing a wall": {"rotate": 0.8, "relate": 0.6},
     "seat astray": {"relate": 0.8, "rotate": 0.4, "remove": 0.2},
-    "blocked": {"move": 0.7, "remove": 0.3},
-    "bare": {"add": 0.8},
-    "empty": {"add": 0.8},
+    "blocked": {"move": 0.7, "resize": 0.4, "remove": 0.3},
+    "bare": {"add": 0.8, "crowd": 0.7},
+    "empty": {"add": 0.8, "resize": 0.3},
 }
 """Confidence in the tools that fit a fault: an assumption after the use cases on the tools' cards."""
 DEGRADED = 0.4

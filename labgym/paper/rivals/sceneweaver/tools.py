@@ -1,8 +1,9 @@
-"""SceneWeaver's tools: add, remove, move, rotate and relate objects. Each makes a scene that physics then settles.
+"""SceneWeaver's tools: add, remove, resize, move, rotate and relate objects. Each makes a scene that physics settles.
 
-Public repository Scene-Weaver/SceneWeaver, folder `Pipeline/app/tool`: add_gpt and add_crowd, remove_obj,
-update_layout, update_rotation, add_relation. update_size has no counterpart: the catalog's sizes are true ones. Tools
-that need pictures (add_acdc) and datasets of homes (init_metascene, init_physcene) are left out.
+Public repository Scene-Weaver/SceneWeaver, folder `Pipeline/app/tool`: add_gpt (add), add_crowd (crowd), remove_obj,
+update_size (resize), update_layout, update_rotation, add_relation. The catalog's sizes are true ones, so an object is
+resized by exchange for another size of its model. Tools that need pictures (add_acdc) and datasets of homes
+(init_metascene, init_physcene) are left out.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from string import digits
 
 import numpy as np
 
@@ -25,10 +27,10 @@ from labgym.paper.rivals.sceneweaver.critic import Critique, SceneProblem
 from labgym.paper.rivals.sceneweaver.physics import wall_poses
 from labgym.paper.rivals.sceneweaver.policy import WeaverAction
 from labgym.paper.rivals.sceneweaver.scene import ROOM, RelationKind, WeaverItem, WeaverScene
-from labgym.paper.rivals.spawning import spawn
+from labgym.paper.rivals.spawning import MOST, spawn
 
 BATCH = 5
-"""Objects that one step adds at most, an assumption: a step of add_gpt adds a list of objects, add_crowd many."""
+"""Objects that a step of add adds at most, an assumption: a step of add_gpt adds a list of objects."""
 _TABLE = {choice.asset: choice for choice in household.FLOOR}
 
 
@@ -46,8 +48,12 @@ class Toolbox:
         problem = action.problem
         if action.tool == "add":
             return self._add(scene, problem, critique)
+        if action.tool == "crowd":
+            return self._crowd(scene, scene.by_id[problem.subject].piece)
         if action.tool == "remove":
             return scene.without([problem.subject or self._superfluous(scene)])
+        if action.tool == "resize":
+            return self._resize(scene, problem.subject or self._superfluous(scene), larger=problem.fault == "empty")
         if action.tool == "move":
             return self._move(scene, problem.subject)
         if action.tool == "rotate":
@@ -100,6 +106,35 @@ class Toolbox:
         """Add small objects to a piece, in its orientation: relation "on"."""
         pieces = spawn(parent, assets, self.generator, self.counts, scene.on(parent.id), upright=True)
         return scene.adding(WeaverItem(piece, "on", parent.id) for piece in pieces) if pieces else scene
+
+    def _crowd(self, scene: WeaverScene, parent: RivalPiece) -> WeaverScene:
+        """Fill a piece with small objects of its kinds, as many as it takes."""
+        tops = self._tops(parent.asset) or self._tops(self.request.catalog.get(household.BENCH))
+        return self._stock(scene, parent, tops * MOST)
+
+    def _resize(self, scene: WeaverScene, subject: str, larger: bool) -> WeaverScene:
+        """Exchange a large object for the next smaller or larger one of its model, with what stood on it on top.
+
+        Names of sizes of a model differ in their number: LabBench1200, LabBench1800.
+        """
+        item = scene.by_id[subject]
+        model = item.piece.asset.name.rstrip(digits)
+        sizes = sorted(
+            (asset for asset in self.request.catalog.roles if asset.name.rstrip(digits) == model),
+            key=lambda asset: (asset.size.width, asset.name),
+        )
+        place = sizes.index(item.piece.asset) + (1 if larger else -1) if item.piece.asset in sizes else -1
+        if not item.large or not 0 <= place < len(sizes):
+            return scene
+        piece = replace(item.piece, asset=sizes[place])
+        tops = scene.on(subject)
+        resized = WeaverScene(
+            tuple(
+                replace(one, piece=piece) if one.piece.id == subject else one
+                for one in scene.without([top.id for top in tops]).items
+            )
+        )
+        return self._stock(resized, piece, [top.asset for top in tops])
 
     def _tops(self, asset: Asset) -> list[Asset]:
         choice = _TABLE.get(asset.name)
