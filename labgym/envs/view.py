@@ -89,6 +89,9 @@ SEEN = (0.15, 0.7, 1.25)
 LEAF_GAP_M = 0.02
 """Least distance from the walls of what is not a wall but part of an open door, meters."""
 
+FACES_PASSED, NUDGE_M = 6, 0.01
+"""Number of faces of walls that a line of sight passes, and the distance behind one at which it goes on, meters."""
+
 AHEAD, LOOK_AT_HEIGHT = 0.5, 0.6
 """The point that the camera looks at: its distance ahead of the robot and its height above the floor, meters."""
 
@@ -292,11 +295,15 @@ def _hidden(layout: Layout, rays: RayScene, pose: Pose) -> NDArray[np.int64]:
     robot = np.array([(pose[0], pose[1], height) for height in SEEN])
     sight = (target + DISTANCE * back)[:, None, :] - robot[None, :, :]
     length = np.linalg.norm(sight, axis=-1)
-    origins = np.broadcast_to(robot, sight.shape).reshape(-1, 3)
-    distances, faces = rays.cast(origins, (sight / length[..., None]).reshape(-1, 3), 2.0 * DISTANCE)
-    blocked = (distances < length.ravel()) & (faces >= 0)
-    points = origins + np.where(blocked, distances, 0.0)[:, None] * (sight / length[..., None]).reshape(-1, 3)
-    apart = Obstacles(wall.box for wall in layout.floor.walls).nearest(points[:, :2]) > LEAF_GAP_M
-    blocked &= (rays.mesh.owner[faces] != ROOM) | apart
+    directions = (sight / length[..., None]).reshape(-1, 3)
+    start, left = np.broadcast_to(robot, sight.shape).reshape(-1, 3), length.ravel()
+    walls, blocked = Obstacles(wall.box for wall in layout.floor.walls), np.zeros(len(left), dtype=np.bool_)
+    for _ in range(FACES_PASSED):
+        distances, faces = rays.cast(start, directions, 2.0 * DISTANCE)
+        struck = (distances < left) & (faces >= 0)
+        start = start + np.where(struck, distances, 0.0)[:, None] * directions
+        building = (rays.mesh.owner[faces] == ROOM) & (walls.nearest(start[:, :2]) <= LEAF_GAP_M)
+        blocked |= struck & ~building
+        start, left = start + NUDGE_M * directions, np.where(struck & building, left - distances - NUDGE_M, 0.0)
     counts: NDArray[np.int64] = blocked.reshape(length.shape).sum(axis=1)
     return counts
