@@ -8,6 +8,8 @@ from itertools import pairwise
 import pytest
 
 from labgym.cli.episodes import task_and_level
+from labgym.errors import UnknownNameError
+from labgym.eval.labnav.suites import is_labnav, load_labnav
 from labgym.progress import progress_bar
 
 
@@ -38,3 +40,12 @@ def test_a_task_with_its_level_has_one_name_everywhere():
     assert task_and_level("people-3", 2) == task_and_level("labnav-people-3", 2) == ("people", 3)
     assert task_and_level("people", 1) == task_and_level("labnav-people", 1) == ("people", 1)
     assert task_and_level("people-9", 2) == ("people-9", 2)
+    assert [load_labnav(name).name for name in ("people-3", "people", "labnav-people")] == [
+        "labnav-people-3",
+        "labnav-people-2",
+        "labnav-people-2",
+    ]
+    assert is_labnav("glass")
+    assert not any(map(is_labnav, ("val", "people-2.json", "glassware", "runs/people-2")))
+    with pytest.raises(UnknownNameError, match="'labnav-people-9' not found; nearest: labnav-people"):
+        load_labnav("people-9")

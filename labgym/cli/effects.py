@@ -52,6 +52,10 @@ def _episodes(values: Any) -> bool:
     return Path(values.layout).is_dir() or is_labnav(values.layout)
 
 
+def _names_level(values: Any) -> bool:
+    return bool(values.task) and values.task[-1].isdigit()
+
+
 def _trace(values: Any) -> bool:
     from labgym.cli.traces import is_trace
 
@@ -120,7 +124,7 @@ IDLE: Mapping[str, tuple[Idle, ...]] = {
     "view": (
         Idle(("layouts", "suite", "protocol", "camera", "pair"), lambda v: v.task, "with --task, an episode of LabNav"),
         Idle(("level", "episode"), lambda v: v.task is None, "without --task: name a task of LabNav"),
-        Idle(("level",), lambda v: v.task and v.task[-1].isdigit(), "with a --task that names its level"),
+        Idle(("level",), _names_level, "with a --task that names its level"),
         Idle(("out", "camera", "width", "height"), lambda v: v.web, "with --web, which draws no picture"),
         Idle(("suite", "policy", "pair", "options", "port"), lambda v: not v.web, PICTURE),
         Idle(("seed",), lambda v: not v.web and v.task is None, "on the picture of a layout: add --web or --task"),
@@ -190,6 +194,7 @@ IDLE: Mapping[str, tuple[Idle, ...]] = {
     ),
     "leaderboard": (Idle(EXECUTION, lambda v: not v.routes, "without --routes, which drives again"),),
     "data": (
+        Idle(("level",), _names_level, "with a --task that names its level"),
         Idle(
             DRIVES,
             lambda v: v.format == "planner",

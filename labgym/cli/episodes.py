@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from labgym.cli.arguments import PolicyOptions, allow_local_modules, parse_options, sized
 from labgym.cli.outcome import DONE, written
@@ -19,7 +19,10 @@ SIZE = (900, 560)
 """Size of the rendered view, pixels."""
 
 
-def task_and_level(name: str, level: int) -> tuple[str, int]:
+Level = TypeVar("Level", int, int | None)
+
+
+def task_and_level(name: str, level: Level) -> tuple[str, int | Level]:
     """Return the task and level that a name such as "people-2" or "labnav-people-2" names.
 
     Args:
@@ -96,7 +99,7 @@ def play_episodes(suite: str, layouts: Sequence[str], out: Path | None, name: st
     console = Console()
     driver = LabNavKeyboardDriver(console)
     show = LabNavShow(
-        watches, driver, name, console, finished=finished, waits=True, seconds=chosen.seconds, suite=suite
+        watches, driver, name, console, finished=finished, waits=True, seconds=chosen.seconds, suite=chosen.name
     )
     with suppress(KeyboardInterrupt):
         run_viewer(show, port, 0, opened)

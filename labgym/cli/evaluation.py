@@ -29,7 +29,7 @@ from labgym.errors import OptionError
 def eval_(
     *,
     policy: str = "astar",
-    suite: Annotated[str, arg(aliases=("--split",))] = "test",
+    suite: Annotated[str, arg(aliases=("--split", "--task"))] = "test",
     layouts: Texts = (),
     protocol: OptionalText = None,
     seed: int = 0,
@@ -48,9 +48,9 @@ def eval_(
     Args:
         policy: A name such as astar (labgym policies lists them), module:Class, an .onnx, .pt, .safetensors or .zip
             file, or the http:// URL of a policy server.
-        suite: Name of a suite (lab30, val, navdp_compat, labnav, labnav-aisle, labnav-mini; lab30 is also
-            test), its .json file, or a folder of labgym labnav. Where the layouts are not published, pass them by
-            --layouts.
+        suite: Name of a suite (lab30, val, navdp_compat, labnav, labnav-mini; lab30 is also test), a task of LabNav
+            with its level (people-2), a suite's .json file, or a folder of labgym labnav. Where the layouts are not
+            published, pass them by --layouts.
         layouts: Layouts to drive in instead of a suite: .json files, folders of them (such as labgym generate --count
             writes), or ids of published layouts.
         protocol: Id or .json file of the protocol to drive for in the layouts; by default the one they embed.

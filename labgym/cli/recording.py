@@ -62,7 +62,7 @@ def record(
 
     Args:
         layout: A layout's .json file, or the id of a published layout; or a folder of labgym eval, labgym run or labgym
-            play with --episode; or a LabNav suite such as labnav-people with --episode.
+            play with --episode; or a LabNav suite or task such as people-2 with --episode.
         policy: Policy: a name, module:Class, a file or a URL (see labgym eval --help); by default astar, and for a
             folder the one that drove.
         pair: Index of the goal pair, in the order of the protocol's steps.

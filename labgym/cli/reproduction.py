@@ -190,8 +190,8 @@ def nuisances(policy: str = "astar", tasks: Texts = (), level: int = 2, run: Run
 
     Args:
         policy: A name such as astar (labgym policies lists them), module:Class, or a file.
-        tasks: Tasks, such as aisle glass; by default all eight.
-        level: Level of the tasks: 1, 2 or 3.
+        tasks: Tasks, such as aisle glass or with its level people-3; by default all eight.
+        level: Level of the tasks that do not name it: 1, 2 or 3.
     """
     from labgym.eval.driving.files import short_name
     from labgym.paper.reproduction.nuisances import nuisance_study

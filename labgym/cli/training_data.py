@@ -16,6 +16,7 @@ from labgym.cli.arguments import (
     OptionalWholeNumber,
 )
 from labgym.cli.effects import refuses_idle_flags
+from labgym.cli.episodes import task_and_level
 from labgym.cli.outcome import written
 from labgym.cli.problems import check_installed
 from labgym.counts import MAX_SEED, whole_number
@@ -64,8 +65,8 @@ def data(
         learner: Folder of labgym train navdp: its network leads drives of the format planner, and the expert says what
             it should have done (DAgger).
         led: Share of the drives that the learner leads (0.5).
-        task: Task of the drives: one of LabNav, such as people (the default), or point.
-        level: Level of the task of LabNav, 1 to 3 (2).
+        task: Task of the drives: one of LabNav, such as people (the default) or with its level people-3, or point.
+        level: Level of the task of LabNav, 1 to 3 (2), if --task does not name it.
         split: Layouts of the drives: floors-train (the default) or floors-val; for point also train (its default), val.
         policy: Expert, a built-in policy (stack; for point astar); labgym policies lists them.
         sensors: Sensors of the observations: lidar (the default), depth or rgbd; the expert has its own.
@@ -87,8 +88,9 @@ def data(
         return written(out)
     from labgym.datasets import drive_options, make_drives
 
+    task, level = task_and_level(task or "people", level)
     options = drive_options(
-        task or "people",
+        task,
         policy,
         split,
         level,

@@ -56,7 +56,7 @@ def watch(
 @refuses_idle_flags("play")
 def play(
     layouts: Layouts = (),
-    suite: Annotated[str, arg(aliases=("--split",))] = "test",
+    suite: Annotated[str, arg(aliases=("--split", "--task"))] = "test",
     protocol: OptionalText = None,
     out: OptionalPath = None,
     film: OptionalPath = None,
@@ -70,8 +70,9 @@ def play(
 
     Args:
         layouts: Layouts to drive in instead of a suite: .json files, folders of them, or ids of published layouts.
-        suite: Name of a suite (lab30, val, navdp_compat, labnav-val-people), its .json file, or a folder of labgym
-            labnav. Where the layouts are not published, pass them too.
+        suite: Name of a suite (lab30, val, navdp_compat, labnav-val-people), a task of LabNav with its level
+            (people-2), a suite's .json file, or a folder of labgym labnav. Where the layouts are not published, pass
+            them too.
         protocol: Id or .json file of the protocol to drive for in the layouts; by default the one they embed.
         out: Folder for the finished episodes, in the files of labgym eval, so that labgym report reads it. An episode
             that is driven again replaces its row.

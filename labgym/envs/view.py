@@ -25,6 +25,7 @@ from labgym.envs.scene_simulation import SceneSimulation
 from labgym.envs.simulation import Pose
 from labgym.errors import OptionError
 from labgym.layouts import Layout
+from labgym.navigation.clearance import Obstacles
 from labgym.scenes import Quality, RayScene, SceneMesh, make_renderer, to_mjcf
 from labgym.scenes.batches import batched_spec, in_view
 from labgym.scenes.building import building_patches
@@ -72,15 +73,24 @@ def place_bodies(data: mujoco.MjData, bodies: Sequence[Body]) -> None:
 DISTANCE = 3.6
 """Distance from the camera to the point that it looks at, meters."""
 
-STATIONS = tuple(
-    (math.radians(aside), math.radians(pitch))
-    for pitch in (38.0, 58.0, 78.0)
-    for aside in (25.0, -25.0, 0.0, 60.0, -60.0)
+STATIONS = (
+    *(
+        (math.radians(aside), math.radians(pitch))
+        for pitch in (38.0, 58.0, 78.0)
+        for aside in (25.0, -25.0, 0.0, 60.0, -60.0)
+    ),
+    (0.0, math.radians(87.0)),
 )
 """Candidate camera positions, best first: angle to the right of straight behind, and angle below the horizontal."""
 
 SEEN = (0.15, 0.7, 1.25)
 """Heights on the robot's axis that furniture should not hide, meters."""
+
+LEAF_GAP_M = 0.02
+"""Least distance from the walls of what is not a wall but part of an open door, meters."""
+
+FACES_PASSED, NUDGE_M = 6, 0.01
+"""Number of faces of walls that a line of sight passes, and the distance behind one at which it goes on, meters."""
 
 AHEAD, LOOK_AT_HEIGHT = 0.5, 0.6
 """The point that the camera looks at: its distance ahead of the robot and its height above the floor, meters."""
@@ -163,7 +173,7 @@ class ChaseView:
             self._process = os.getpid()
             self._finalizer = weakref.finalize(self, drop, self._renderer, self._process)
             self._finalizer.atexit = False
-        hidden = _hidden(rays, pose)
+        hidden = _hidden(layout, rays, pose)
         if hidden[self._station] > 0:
             self._station = int(hidden.argmin())
         camera = _camera(pose, STATIONS[self._station])
@@ -276,8 +286,8 @@ def _looked_at(pose: Pose) -> tuple[float, float, float]:
     return x + AHEAD * math.cos(yaw), y + AHEAD * math.sin(yaw), LOOK_AT_HEIGHT
 
 
-def _hidden(rays: RayScene, pose: Pose) -> NDArray[np.int64]:
-    """Return, for each station, how many heights of `SEEN` furniture hides; walls hide nothing from outside."""
+def _hidden(layout: Layout, rays: RayScene, pose: Pose) -> NDArray[np.int64]:
+    """Return, for each station, how many heights of `SEEN` furniture or an open door hides; walls are cut away."""
     target = np.array(_looked_at(pose))
     bearing = np.array([pose[2] + aside for aside, _ in STATIONS])
     pitch = np.array([pitch for _, pitch in STATIONS])
@@ -285,8 +295,15 @@ def _hidden(rays: RayScene, pose: Pose) -> NDArray[np.int64]:
     robot = np.array([(pose[0], pose[1], height) for height in SEEN])
     sight = (target + DISTANCE * back)[:, None, :] - robot[None, :, :]
     length = np.linalg.norm(sight, axis=-1)
-    origins = np.broadcast_to(robot, sight.shape).reshape(-1, 3)
-    distances, faces = rays.cast(origins, (sight / length[..., None]).reshape(-1, 3), 2.0 * DISTANCE)
-    blocked = (distances < length.ravel()) & (faces >= 0) & (rays.mesh.owner[faces] != ROOM)
+    directions = (sight / length[..., None]).reshape(-1, 3)
+    start, left = np.broadcast_to(robot, sight.shape).reshape(-1, 3), length.ravel()
+    walls, blocked = Obstacles(wall.box for wall in layout.floor.walls), np.zeros(len(left), dtype=np.bool_)
+    for _ in range(FACES_PASSED):
+        distances, faces = rays.cast(start, directions, 2.0 * DISTANCE)
+        struck = (distances < left) & (faces >= 0)
+        start = start + np.where(struck, distances, 0.0)[:, None] * directions
+        building = (rays.mesh.owner[faces] == ROOM) & (walls.nearest(start[:, :2]) <= LEAF_GAP_M)
+        blocked |= struck & ~building
+        start, left = start + NUDGE_M * directions, np.where(struck & building, left - distances - NUDGE_M, 0.0)
     counts: NDArray[np.int64] = blocked.reshape(length.shape).sum(axis=1)
     return counts

@@ -117,7 +117,7 @@ def veiled(scene: Scene, origins: Floats, directions: Floats, reach: Floats) -> 
         rays, normals, material = alive[struck], hits.normal[struck], hits.material[struck]
         facing = np.minimum(np.abs(np.einsum("ij,ij->i", normals, directions[rays])), np.float32(1.0))
         edge = (1.0 - facing) ** 3
-        opacity = look.opacity[material]
+        opacity = scene.opacity(hits)[struck]
         opacity = opacity + (1.0 - opacity) * 0.45 * edge
         shade = 0.60 + 0.30 * np.maximum(normals[:, 2], 0.0) + 0.15 * edge
         mirror = NORMAL_REFLECTANCE + (1.0 - NORMAL_REFLECTANCE) * (1.0 - facing) ** 5

@@ -191,7 +191,7 @@ def solid_mesh(layout: Layout) -> SceneMesh:
         meshes += [(_placed(vertices, placement), faces) for vertices, faces in bodies]
         owners += [np.full(len(faces), k) for _, faces in bodies]
     for owner, box in boxes:
-        meshes.append(_box_faces(box))
+        meshes.append(box_faces(box))
         owners.append(np.full(len(_BOX_FACES), owner))
     vertices, faces = join(meshes)
     return SceneMesh(vertices, faces, np.full(len(faces), _MATERIAL_INDEX["powder_grey"]), np.concatenate(owners))
@@ -202,11 +202,11 @@ def own_mesh(asset: Asset, finishes: Finishes, geometry: Literal["solid", "visua
     if geometry == "visual":
         local = asset_mesh(asset, finishes)
         return SceneMesh(local.vertices, local.faces, local.material, np.full(len(local.faces), ROOM))
-    vertices, faces = join(list(convex_bodies(asset)) or [_box_faces(box) for box in asset.solids()])
+    vertices, faces = join(list(convex_bodies(asset)) or [box_faces(box) for box in asset.solids()])
     return SceneMesh(vertices, faces, np.full(len(faces), _MATERIAL_INDEX["powder_grey"]), np.full(len(faces), ROOM))
 
 
-def _box_faces(box: OrientedBox) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def box_faces(box: OrientedBox) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return vertices and faces of a box."""
     ring = box.corners()
     return np.concatenate([np.column_stack([ring, np.full(4, z)]) for z in (box.z0, box.z1)]), _BOX_FACES

@@ -20,7 +20,10 @@ from labgym.layouts import Layout
 from labgym.scenes.building import building_patches
 from labgym.scenes.cutaway import hanging_on, hidden_walls
 from labgym.scenes.fittings import installations
+from labgym.scenes.ghosts import TOPS, blank_backs
+from labgym.scenes.mesh import scene_mesh
 from labgym.scenes.mjcf import COLLISION_GROUP, add_camera, to_mjcf
+from labgym.scenes.surfaces import GHOST
 from labgym.scenes.views import View, picture_view
 
 Result = TypeVar("Result")
@@ -172,6 +175,12 @@ def _picture(layout: Layout, width: int, height: int, place: View) -> NDArray[np
     for placement in layout.placements:
         if hanging_on(layout, placement) in hidden:
             model.geom_group[model.geom_bodyid == model.body(placement.id).id] = COLLISION_GROUP
+    for index in blank_backs(scene_mesh(layout, hidden), layout, place.position, hidden):
+        ghost = layout.placements[index].id
+        if layout.box(ghost).z1 > TOPS[1]:
+            parts = model.geom_bodyid == model.body(ghost).id
+            model.geom_rgba[parts, :3] = model.mat_rgba[model.geom_matid[parts], :3]
+            model.geom_rgba[parts, 3] = 2.0 * GHOST
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     with make_renderer(model, width, height) as renderer:

@@ -19,6 +19,8 @@ Floats = NDArray[np.float32]
 FAR = np.float32(1e4)
 GLOSS = {"floor_vinyl": 0.5, "floor_epoxy": 1.0, "floor_terrazzo": 0.8, "floor_tile": 0.5}
 """Strength of mirror images on floor coverings, relative to the strongest."""
+GHOST = np.float32(0.12)
+"""Opacity of a face of furniture that would hide what is behind it."""
 
 
 @dataclass(frozen=True)
@@ -50,14 +52,26 @@ def looks() -> Look:
 class Scene:
     """A mesh in two Embree scenes, opaque and translucent, with corner normals and materials."""
 
-    def __init__(self, mesh: SceneMesh, normals: Floats | None = None) -> None:
-        """Build the scenes; `normals` are those of the face corners (m, 3, 3), if they are known."""
+    def __init__(self, mesh: SceneMesh, normals: Floats | None = None, ghost: NDArray[np.bool_] | None = None) -> None:
+        """Build the scenes.
+
+        Args:
+            normals: those of the face corners (m, 3, 3), if they are known.
+            ghost: which faces are translucent whatever their material (m,); none by default.
+        """
         self.look = looks()
+        ghost = np.zeros(len(mesh.faces), dtype=np.bool_) if ghost is None else ghost
+        self._ghosts = np.unique(mesh.owner[ghost])
         if normals is None:
             normals = corner_normals(mesh.vertices, mesh.faces).astype(np.float32)
-        clear = self.look.opacity[mesh.material] < 0.85
+        clear = ghost | (self.look.opacity[mesh.material] < 0.85)
         self.opaque = Surfaces(mesh, np.flatnonzero(~clear), normals)
         self.clear = Surfaces(mesh, np.flatnonzero(clear), normals)
+
+    def opacity(self, hits: Hits) -> Floats:
+        """Return the opacity at hits of translucent faces, shape (n,)."""
+        opacity = self.look.opacity[hits.material]
+        return np.where(np.isin(hits.owner, self._ghosts), np.minimum(GHOST, opacity), opacity)
 
 
 @dataclass(frozen=True)

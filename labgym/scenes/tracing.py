@@ -26,6 +26,7 @@ from labgym.layouts.floor import Floor
 from labgym.scenes.ceiling import ceiling_patches, panels
 from labgym.scenes.coats import Coats, placement_frames, veiled
 from labgym.scenes.cutaway import hidden_walls
+from labgym.scenes.ghosts import blank_backs, ghost_faces, outlines
 from labgym.scenes.lighting import NUDGE, Lamps, Panels, Sun, Surroundings, ambient_light, direct_light, studio
 from labgym.scenes.mesh import MATERIAL_NAMES, SceneMesh, joined, scene_mesh, smooth_normals, with_patches
 from labgym.scenes.surfaces import Floats, Scene, norms
@@ -127,11 +128,13 @@ def trace_view(
     if not (1 <= width <= LARGEST[0] and 1 <= height <= LARGEST[1]):
         raise OptionError(f"picture size {width}x{height} is not between 1x1 and {LARGEST[0]}x{LARGEST[1]}")
     whole_number("samples", samples, most=MAX_SAMPLES)
-    mesh = scene_mesh(layout, hidden_walls(layout.floor, place.position) if hidden is None else hidden)
+    hidden = hidden_walls(layout.floor, place.position) if hidden is None else hidden
+    mesh = scene_mesh(layout, hidden)
     mesh = mesh if added is None else joined(mesh, added)
     if not _within(layout.floor, place):
-        base = with_patches(mesh, (studio(layout.floor),))
-        scene, lamps = Scene(base, smooth_normals(base, layout)), _sun(place)
+        ghosts = blank_backs(mesh, layout, place.position, hidden)
+        base = with_patches(joined(mesh, *outlines(mesh, layout, ghosts)), (studio(layout.floor),))
+        scene, lamps = Scene(base, smooth_normals(base, layout), ghost_faces(base, ghosts)), _sun(place)
         coats = _coats(base, placement_frames(layout.placements))
         return _picture(scene, coats, place, lamps, Surroundings(inside=False), (width, height), samples)
     lit = [panel for space in layout.floor.spaces for panel in panels(space)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import warnings
 
+import furnished_floors
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from gymnasium.utils.env_checker import check_env
 from labgym.envs import LabPointNavEnv, view
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout
-from labgym.scenes import MissingRendererError, Quality
+from labgym.scenes import MissingRendererError, Quality, RayScene
 
 BACK = np.array([-1.0, 0.0], np.float32)
 
@@ -61,6 +62,18 @@ def test_the_floor_is_darker_where_the_robot_stands_on_it(env: LabPointNavEnv, m
 def test_furniture_does_not_hide_the_robot_wherever_it_stands(env: LabPointNavEnv, pair: int) -> None:
     env.reset(options={"pair": pair})
     assert accent(picture(env)) > 10
+
+
+def test_an_open_door_does_not_hide_the_robot() -> None:
+    """The leaf stands between the robot and the first place of the camera: behind it on the right."""
+    layout = Layout(id="door", floor=furnished_floors.suite(), placements=())
+    camera = view.ChaseView(320, 240)
+    try:
+        image = camera.picture(layout, RayScene(layout, "visual"), (2.1, 3.4, 0.0))
+    except MissingRendererError as error:
+        pytest.skip(str(error))
+    camera.close()
+    assert accent(image) > 60
 
 
 def test_the_picture_changes_as_the_robot_drives_and_not_before(env: LabPointNavEnv) -> None:

@@ -18,8 +18,10 @@ from labgym.scenes import render, scene_mesh, to_mjcf, write_glb, write_mjcf, wr
 from labgym.scenes.building import building_patches
 from labgym.scenes.cutaway import hidden_walls
 from labgym.scenes.finishes import palette
+from labgym.scenes.ghosts import blank_backs
 from labgym.scenes.mesh import MATERIAL_NAMES
-from labgym.scenes.views import picture_view
+from labgym.scenes.tracing import trace_view
+from labgym.scenes.views import View, picture_view
 from labgym.scenes.wall_faces import CUT
 
 DRESSED = Finishes(
@@ -89,6 +91,23 @@ def test_columns_are_cut_away_in_views_from_outside_and_stand_in_views_from_insi
     assert max(p.vertices[:, 2].max() for p in patches if p.wall not in hidden) == pytest.approx(CUT)
     assert {p.wall for p in patches if p.wall in hidden} == {"column_0/upper", "column_1/upper"}
     assert hidden_walls(layout.floor, inside) == ()
+
+
+@pytest.mark.parametrize(
+    ("asset", "yaw", "ghost"),
+    [("AcidCabinet", 0.0, True), ("AcidCabinet", math.pi, False), ("EmergencyShower", 0.0, False)],
+)
+def test_a_blank_back_at_a_cut_wall_does_not_hide_what_is_behind(asset: str, yaw: float, ghost: bool) -> None:
+    """Yellow doors are seen past what stands between them and the cut front wall, unless it shows its own doors."""
+    floor = Room(width=6.0, depth=5.0).floor
+    front = Placement(id="front", asset=asset, position=(3.0, 0.4, 0.0), yaw=yaw)
+    yellow = Placement(id="yellow", asset="FlammableCabinet", position=(3.0, 1.6, 0.0), yaw=math.pi)
+    layout = Layout(id="back", floor=floor, placements=(front, yellow))
+    view = View((3.0, -8.0, 3.0), (3.0, 1.2, 0.8), 12.0)
+    hidden = hidden_walls(floor, view.position)
+    assert blank_backs(scene_mesh(layout, hidden), layout, view.position, hidden) == [0] * ghost
+    red, _, blue = trace_view(layout, view, 96, 54)[20:34, 40:56].reshape(-1, 3).mean(axis=0)
+    assert (red > blue) == (ghost or asset == "EmergencyShower")
 
 
 def test_a_surface_is_darker_at_a_contact_than_half_a_meter_away() -> None:

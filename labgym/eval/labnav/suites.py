@@ -31,6 +31,7 @@ VAL = f"{PREFIX}-{DEVELOPMENT}"
 """Suite of all tasks on floors-val, for development."""
 MINI_EPISODES, MINI_SECONDS, MINI_GOALS = 3, 60.0, 3
 """Episodes of a task in the small suite, their time limit, seconds, and goals of a shift."""
+_TASK = re.compile(r"([a-z]+)(-[a-z0-9]+)*")
 _SCHEMA = re.compile(rb'"schema"\s*:\s*"' + re.escape(LabNavEpisodes.SCHEMA.encode()) + rb'"')
 
 
@@ -85,8 +86,15 @@ def is_whole(name: str, tasks: Iterable[str]) -> bool:
 
 def is_labnav(suite: str) -> bool:
     """Whether a suite is one of LabNav: a name, or what `is_in_files` says."""
-    named = suite == PREFIX or suite.startswith(f"{PREFIX}-")
+    name = _full_name(suite)
+    named = name == PREFIX or name.startswith(f"{PREFIX}-")
     return (named and not suite.endswith(".json")) or is_in_files(suite)
+
+
+def _full_name(suite: str) -> str:
+    """Return the name of the suite that a task, such as "people-2", names; other names as they are."""
+    match = _TASK.fullmatch(suite)
+    return f"{PREFIX}-{suite}" if match and match[1] in TASKS else suite
 
 
 def is_in_files(suite: str) -> bool:
@@ -107,10 +115,14 @@ def suite_names() -> tuple[str, ...]:
 def load_labnav(name: str) -> LabNavSuite:
     """Return a suite with its published episodes; a task without a level has the headline's.
 
+    Args:
+        name: of `suite_names`, or a task, such as "people-2".
+
     Raises:
         UnknownNameError: there is no such suite, or its episodes are not published.
         DocumentError: its file is broken.
     """
+    name = _full_name(name)
     check_name("suite", name, suite_names())
     development = name.startswith(VAL) or name == MINI
     if name in (PREFIX, MINI, CHECK, VAL):

@@ -32,7 +32,7 @@ function play() { timer = setInterval(step, Number(slider.dataset.period)); butt
 slider.addEventListener('input', () => { stop(); show(Number(slider.value)); });
 button.addEventListener('click', () => { if (timer === null) play(); else stop(); });
 show(0);
-if (frames.length > 1) play();
+if (frames.length > 1 && !matchMedia('(prefers-reduced-motion: reduce)').matches) play();
 """
 
 
@@ -63,7 +63,7 @@ def render_trace(trace: Trace, states: Sequence[DrawnState]) -> str:
         .get_template("trace.html.j2")
         .render(
             title=f"Trace of {trace.start.id}",
-            subtitle=f"profile {trace.profile}, protocol {trace.protocol or 'none'}",
+            subtitle=f"repair of a layout for protocol {trace.protocol or 'none'}, thresholds {trace.profile}",
             tiles=tiles,
             frames=[Picture(state.caption, _png(trace, state)) for state in states],
             rows=[_row(number, iteration) for number, iteration in enumerate(trace.iterations)],

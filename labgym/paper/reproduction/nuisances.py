@@ -153,13 +153,15 @@ def nuisance_study(policy: str, tasks: Sequence[str] = (), level: int = HEADLINE
     """Return the study of a policy on the suites of floors-val.
 
     Args:
-        policy: a name for `make_policy`. tasks: names, by default all. level: of them. seed: of the policy.
+        policy: a name for `make_policy`. seed: of the policy.
+        tasks: names, also with their level, by default all. level: of the others.
 
     Raises:
         UnknownNameError: a task, the level or the policy does not exist.
         LabgymError: the policy cannot be loaded.
     """
-    parts = tuple(part for task in tasks or FIGURE_TASKS for part in load_labnav(f"{VAL}-{task}-{level}").parts)
+    names = (task if task[-1:].isdigit() else f"{task}-{level}" for task in tasks or FIGURE_TASKS)
+    parts = tuple(part for name in names for part in load_labnav(f"{VAL}-{name}").parts)
     return NuisanceStudy(Entrant.of(policy), parts, seed)
 
 

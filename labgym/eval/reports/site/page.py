@@ -179,7 +179,8 @@ class SiteContent:
                 one, ending = self.sections[run["policy"]], run["ending"]
                 if ending == "success" or one.entry.published:
                     continue
-                words = f"{ending} with {run['contact']}" if run.get("contact") else ending
+                named = "time over" if ending == "time" else ending
+                words = f"{named} with {run['contact']}" if run.get("contact") else named
                 address = f"#e{index}.p{one.number}"
                 failures.setdefault((one.number, ending), (one, address, episode["key"], words))
         return tuple(failures[key] for key in sorted(failures))
