@@ -20,10 +20,16 @@ TIGHT_M, TIGHT_PRICE = 0.08, 0.4
 """Clearance below which less costs, meters, and the price at none."""
 TOUCH_M, PERSON_M = 0.015, 0.12
 """Least clearance from things and from people, meters."""
-PRESSED_M = 0.75
+PEOPLE_RADIUS_M = 0.3
+PRESSED_M, PRESSING, LEAVING = 0.75, 0.2, 0.05
+"""Distance at which somebody who does not walk away faster than `PRESSING` wants to pass the place of the robot, m and
+m/s; and least speed at which a robot that is nearer than allowed moves away."""
+PACE = 1.0
+"""Speed of those people, m/s."""
 MEETING_STEPS, MEETING_M, MEETING_PRICE = 25, 0.5, 1.5
-PEOPLE_RADIUS_M, LEAVING = 0.3, 0.05
-"""Radius of a person, meters, and least speed at which a robot that is nearer to one moves away, m/s."""
+"""Control steps within which meeting people has a price, the gap at which it has none, and the price at no gap."""
+V_MAX, W_MAX, RADIUS, DT = ROBOT.v_max, ROBOT.w_max, ROBOT.chassis_radius, ROBOT.control_dt
+DV, DW = ROBOT.acceleration * ROBOT.control_dt, ROBOT.turn_acceleration * ROBOT.control_dt
 
 
 @entry
@@ -43,15 +49,11 @@ def nearest_safe(
             speed, rate = share * forward, min(max(turn + aside, -1.0), 1.0)
             price = SPEED_PRICE * (forward - speed) + TURN_PRICE * abs(rate - turn)
             if price < best:
-                price += _crowding(people, velocity, ROBOT_V * speed, ROBOT_W * rate)
-                price += _risk(points, people, velocity, ROBOT_V * speed, ROBOT_W * rate)
+                price += _crowding(people, velocity, V_MAX * speed, W_MAX * rate)
+                price += _risk(points, people, velocity, V_MAX * speed, W_MAX * rate)
                 if price < best:
                     best, chosen = price, (speed, rate)
     return chosen
-
-
-ROBOT_V, ROBOT_W, RADIUS, DT = ROBOT.v_max, ROBOT.w_max, ROBOT.chassis_radius, ROBOT.control_dt
-DV, DW = ROBOT.acceleration * ROBOT.control_dt, ROBOT.turn_acceleration * ROBOT.control_dt
 
 
 @entry
@@ -75,8 +77,8 @@ def _risk(points: Array, people: Array, velocity: tuple[float, float], speed: fl
             now = math.hypot(people[k, 0], people[k, 1])
             vx, vy = people[k, 2], people[k, 3]
             leaving = (vx * people[k, 0] + vy * people[k, 1]) / now
-            if now < PRESSED_M and leaving < 0.2:
-                vx, vy = -people[k, 0] / now, -people[k, 1] / now
+            if now < PRESSED_M and leaving < PRESSING:
+                vx, vy = -PACE * people[k, 0] / now, -PACE * people[k, 1] / now
             away = math.hypot(people[k, 0] + vx * time - x, people[k, 1] + vy * time - y)
             if away < min(RADIUS + PEOPLE_RADIUS_M + PERSON_M, now + LEAVING * time):
                 return math.inf
