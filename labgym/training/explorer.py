@@ -180,7 +180,8 @@ def in_sight(people: Array | None, pose: Pose, ranges: Array) -> Array:
     shown = (away < PEOPLE_M) & (ranges[rays % LIDAR_RAYS] > away - PERSON_M)
     cosine, sine = math.cos(pose[2]), math.sin(pose[2])
     speeds = people[:, 2:] @ np.array([[cosine, -sine], [sine, cosine]])
-    return np.concatenate([places, speeds], axis=1)[shown]
+    seen: Array = np.concatenate([places, speeds], axis=1)[shown]
+    return seen
 
 
 @entry

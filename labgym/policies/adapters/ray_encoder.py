@@ -33,6 +33,8 @@ class RayEncoder(nn.Module):
         width: number of features.
     """
 
+    _axes: Tensor
+
     def __init__(self, width: int) -> None:
         super().__init__()
         angles = -math.pi + 2.0 * math.pi / LIDAR_RAYS * torch.arange(LIDAR_RAYS)
@@ -44,7 +46,7 @@ class RayEncoder(nn.Module):
 
     def forward(self, values: Tensor) -> Tensor:
         """Return the features."""
-        goal, velocity, ranges = values.split([3, 2, LIDAR_RAYS], dim=-1)
+        goal, velocity, ranges = torch.split(values, [3, 2, LIDAR_RAYS], dim=-1)
         distance, bearing = goal[:, :1], goal[:, 1:]
         gap = (ranges - BODY_M).clamp(0.0, FAR_M)
         beyond = ((ranges - distance) / 2.0).clamp(-1.0, 1.0)
