@@ -68,6 +68,7 @@ BUILT_IN = {
             "train",
             "iPlanner-style: a network plans a path from one depth image",
         ),
+        ("lidar-lstm", "lidar_lstm:LidarLstmPolicy", "lidar", "train", "one network with memory, end to end from scans"),
         (
             "local-imitation",
             "local.policy:ImitationPolicy",

@@ -7,13 +7,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.envs.conditions.panes import FRAMED, FRAMELESS
 from labgym.envs.sensors import LIDAR_RAYS
-from labgym.geometry import Array, rotate, wrap_angle
+from labgym.geometry import Array, rotate, to_local, wrap_angle
 from labgym.layouts import Layout
 from labgym.machine_code import entry
-from labgym.navigation import PLANNING_RADIUS, Pose
+from labgym.navigation import Pose
 from labgym.navigation.grid_search import followed
 from labgym.navigation.search_kernel import search
+from labgym.training.reflexes import nearest_safe
 
 CELL_M = 0.1
 """Side of a cell, meters."""
@@ -24,14 +26,16 @@ SEEN_M = 8.0
 END_M = 0.15
 """Length before the end of a ray that may belong to what it met, meters."""
 COMFORT_M, AVERSION = 0.6, 3.0
-"""Clearance beyond which more has no benefit, meters, and the extra price at the planning radius."""
+"""Clearance beyond which more has no benefit, meters, and the extra price where cells are blocked."""
+CLEAR_M = 0.26
+"""Distance of a cell from an occupied one at which it is blocked, meters."""
 LEAVE_M, LEAVE_PRICE = 0.35, 6.0
 """Distance from the robot and from the goal within which the clearance alone blocks no cell, and its price there."""
 STANDING = 6
 """Number of scans with a return in a cell after which a ray that passes it changes nothing: it saw through a pane."""
 REPLAN_STEPS = 5
 """Control steps after which the way is planned again."""
-LOOKAHEAD_M = 0.55
+LOOKAHEAD_M = 0.4
 """Distance of the point that the robot steers for, meters."""
 TURN_GAIN, WIDE_TURN_RAD = 1.3, 0.9
 """Turn action per radian of bearing, and the bearing from which on the robot turns in place."""
@@ -39,6 +43,12 @@ FRONT_RAD = 0.4
 """Half of the angle in which what stands before the robot slows it down."""
 SLOWEST, GAP_GAIN, BODY_M = 0.1, 1.3, 0.32
 """Least speed before an obstacle, as an action; its increase per meter of gap; and the robot's radius, meters."""
+AROUND_M = 2.5
+"""Distance up to which returns of the scan count for the next second, meters."""
+PANE_M, PANE_ERROR_M, PANE_SPACING_M = 4.0, 0.25, 0.08
+"""Distance up to which the return of a pane is told, error of its range, and spacing of the points of a seen pane."""
+PEOPLE_M, PERSON_M = 5.0, 0.45
+"""Distance up to which people count, and depth of a person along a ray, meters."""
 REST_M = 0.15
 """Distance from the announced goal at which the robot rests, meters."""
 
@@ -57,26 +67,38 @@ class Explorer:
     def __init__(self) -> None:
         self._cells: NDArray[np.uint8] = np.empty((0, 0), np.uint8)
         self._path: Array = np.empty((0, 2))
+        self._hidden: list[tuple[Array, Array, float]] = []
+        self._glass: Array = np.empty((0, 2))
         self._steps = 0
 
     def restart(self) -> None:
         """Forget the floor: an episode begins."""
         self._cells, self._steps = np.empty((0, 0), np.uint8), 0
 
-    def action(self, layout: Layout, pose: Pose, goal: Array, ranges: Array) -> tuple[float, float]:
+    def action(
+        self,
+        layout: Layout,
+        pose: Pose,
+        velocity: tuple[float, float],
+        goal: Array,
+        ranges: Array,
+        people: Array | None = None,
+    ) -> tuple[float, float]:
         """Return the action (forward, turn) at a pose, and remember a scan.
 
         Args:
-            layout: of the drive; its extent alone is used.
-            pose: (x, y, yaw) in the room frame.
+            layout: of the drive; its extent is used, and a pane once the scan has a return of it.
+            pose: (x, y, yaw) in the room frame. velocity: m/s and rad/s.
             goal: (distance, cosine and sine of the bearing) as the robot has it announced.
             ranges: (180,) meters.
+            people: (n, 4) places and velocities in the room frame, meters and m/s; those in sight count.
         """
         if not self._cells.size:
             self._begin(layout)
         here = np.array(pose, dtype=np.float64)
         seen = np.asarray(ranges, dtype=np.float64)
         remember(self._cells, self._returns, self._origin, here, seen)
+        self._see_panes(here, seen)
         announced = here[:2] + float(goal[0]) * np.array(rotate(float(goal[1]), float(goal[2]), pose[2]))
         if self._steps % REPLAN_STEPS == 0:
             self._path = self._planned(here[:2], announced)
@@ -90,7 +112,32 @@ class Explorer:
         if left == 0.0:
             return 0.0, 0.0
         forward = min(max(0.0, 1.0 - abs(bearing) / WIDE_TURN_RAD), SLOWEST + GAP_GAIN * gap, SLOWEST + left)
-        return forward, min(max(TURN_GAIN * bearing, -1.0), 1.0)
+        turn = min(max(TURN_GAIN * bearing, -1.0), 1.0)
+        near = seen < AROUND_M
+        points = np.column_stack([seen * np.cos(ANGLES), seen * np.sin(ANGLES)])[near]
+        glass = self._glass[((self._glass - here[:2]) ** 2).sum(axis=1) < AROUND_M**2]
+        return nearest_safe(
+            np.concatenate([points, to_local(glass, pose)]), in_sight(people, pose, seen), velocity, forward, turn
+        )
+
+    def _see_panes(self, pose: Array, ranges: Array) -> None:
+        """Draw the panes of which the scan has a return: it comes along the normal."""
+        for pane in list(self._hidden):
+            middle, along, half = pane
+            gap = pose[:2] - middle
+            off = float(gap[0] * -along[1] + gap[1] * along[0])
+            foot = middle + float(gap @ along) * along
+            bearing = math.atan2(foot[1] - pose[1], foot[0] - pose[0]) - pose[2]
+            met = ranges[round((bearing + math.pi) / (2.0 * math.pi) * LIDAR_RAYS) % LIDAR_RAYS]
+            if abs(float(gap @ along)) < half and abs(off) < PANE_M and abs(float(met) - abs(off)) < PANE_ERROR_M:
+                self._hidden.remove(pane)
+                steps = np.arange(-half, half + PANE_SPACING_M, PANE_SPACING_M)
+                points = middle + steps[:, None] * along
+                self._glass = np.concatenate([self._glass, points])
+                cells = ((points - self._origin) / CELL_M).astype(int)
+                self._cells[cells[:, 1], cells[:, 0]] = OCCUPIED
+                self._returns[cells[:, 1], cells[:, 0]] = STANDING
+                self._steps = 0
 
     def _begin(self, layout: Layout) -> None:
         x0, y0, x1, y1 = layout.floor.bounds
@@ -98,6 +145,16 @@ class Explorer:
         width, height = (math.ceil((side + 2.0 * MARGIN_M) / CELL_M) for side in (x1 - x0, y1 - y0))
         self._cells = np.full((height, width), UNSEEN, np.uint8)
         self._returns = np.zeros((height, width), np.uint8)
+        self._glass = np.empty((0, 2))
+        self._hidden = [
+            (
+                np.array(each.position[:2]),
+                np.array([math.cos(each.yaw), math.sin(each.yaw)]),
+                each.size.width / 2.0,
+            )
+            for each in layout.placements
+            if each.asset in (FRAMED, FRAMELESS) and each.size is not None
+        ]
 
     def _planned(self, here: Array, goal: Array) -> Array:
         """Return the way (n, 2), meters: straight to the goal if nothing leads there."""
@@ -111,6 +168,20 @@ class Explorer:
             return np.array([here, goal])
         rows, columns = np.divmod(np.array(way[::-1]), width)
         return self._origin + (np.column_stack([columns, rows]) + 0.5) * CELL_M
+
+
+def in_sight(people: Array | None, pose: Pose, ranges: Array) -> Array:
+    """Return the people (n, 4) whom the scan shows, in the robot frame."""
+    if people is None or not len(people):
+        return np.empty((0, 4))
+    places = to_local(people[:, :2], pose)
+    away = np.hypot(places[:, 0], places[:, 1])
+    rays = np.round((np.arctan2(places[:, 1], places[:, 0]) + math.pi) / (2.0 * math.pi) * LIDAR_RAYS).astype(int)
+    shown = (away < PEOPLE_M) & (ranges[rays % LIDAR_RAYS] > away - PERSON_M)
+    cosine, sine = math.cos(pose[2]), math.sin(pose[2])
+    speeds = people[:, 2:] @ np.array([[cosine, -sine], [sine, cosine]])
+    seen: Array = np.concatenate([places, speeds], axis=1)[shown]
+    return seen
 
 
 @entry
@@ -150,10 +221,10 @@ def priced(cells: NDArray[np.uint8], source: int, target: int) -> tuple[NDArray[
             for i in range(max(row - REACH_CELLS, 0), min(row + REACH_CELLS + 1, rows)):
                 for j in range(max(column - REACH_CELLS, 0), min(column + REACH_CELLS + 1, columns)):
                     distance = CELL_M * math.hypot(float(i - row), float(j - column))
-                    if distance < PLANNING_RADIUS:
+                    if distance < CLEAR_M:
                         blocked[i, j] = True
                     elif distance < COMFORT_M:
-                        lack = (COMFORT_M - distance) / (COMFORT_M - PLANNING_RADIUS)
+                        lack = (COMFORT_M - distance) / (COMFORT_M - CLEAR_M)
                         prices[i, j] = max(prices[i, j], 1.0 + AVERSION * lack * lack)
     reach = int(LEAVE_M / CELL_M)
     for end in (source, target):

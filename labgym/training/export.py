@@ -31,6 +31,7 @@ from labgym.policies.adapters.actor_file import (
     RunningActor,
 )
 from labgym.policies.adapters.inputs import NEAR_GOAL_M, NEAR_GOAL_SCALE
+from labgym.policies.adapters.ray_encoder import ENCODED, RayEncoder
 
 FLAT = ("goal", "lidar", "velocity")
 """The order in which `gymnasium.wrappers.FlattenObservation` concatenates the observation of `LabPointNav-v0`."""
@@ -97,11 +98,17 @@ def _actor(model: BaseAlgorithm, policy: Any, normalize: VecNormalize | None, en
         features, modules = policy.pi_features_extractor, [*policy.mlp_extractor.policy_net, policy.action_net]
     else:
         features, modules = policy.actor.features_extractor, _actor_modules(policy.actor)
+    encoder: dict[str, Tensor] = {}
     limit = float(modules.pop().max_val) if isinstance(modules[-1], nn.Hardtanh) else None
     layers, activation, squash = _layers(modules)
     if isinstance(features, RobotFrame):
         inputs, statistics = INPUTS, frame_statistics()
         constants = {"clip": CLIP, "epsilon": 0.0}
+    elif isinstance(features, Rays):
+        if stack > 1 or (normalize is not None and normalize.norm_obs):
+            raise OptionError("the features rays take one frame as observed: leave frame_stack and norm_obs out")
+        inputs, statistics, constants = ENCODED, {}, {}
+        encoder = {name: weight.detach().clone() for name, weight in features.encoder.state_dict().items()}
     else:
         inputs = _inputs(features, model.observation_space, stack)
         statistics = {} if normalize is None or not normalize.norm_obs else _statistics(normalize, inputs, stack)
@@ -110,6 +117,7 @@ def _actor(model: BaseAlgorithm, policy: Any, normalize: VecNormalize | None, en
         algorithm=type(model).__name__,
         environment=environment,
         inputs=inputs,
+        encoder=features.features_dim if encoder else 0,
         stack=stack,
         memory=len(memory),
         activation=activation,
@@ -118,7 +126,7 @@ def _actor(model: BaseAlgorithm, policy: Any, normalize: VecNormalize | None, en
         normalized=tuple(statistics),
         **constants,
     )
-    actor = Perceptron(header, layers, statistics, memory)
+    actor = Perceptron(header, layers, statistics, memory, encoder)
     check_actor(actor, "the model")
     if not isinstance(features, RobotFrame):
         _check_actions(model, actor, normalize)
@@ -325,3 +333,29 @@ class RobotFrame(BaseFeaturesExtractor):
         mean, deviation = getattr(self, f"{name}_mean"), getattr(self, f"{name}_deviation")
         normal: Tensor = ((value - mean) / deviation).clamp(-CLIP, CLIP)
         return normal
+
+
+class Rays(BaseFeaturesExtractor):
+    """The features of a `RayEncoder`, of environments that observe goal, velocity and lidar.
+
+    Args:
+        observation_space: with these entries. width: number of features.
+
+    Raises:
+        OptionError: it has other entries.
+    """
+
+    def __init__(self, observation_space: spaces.Dict, width: int = 128) -> None:
+        if set(getattr(observation_space, "spaces", ())) != set(ENCODED):
+            raise OptionError(f"features rays: set observe to [{', '.join(ENCODED)}]")
+        super().__init__(observation_space, width)
+        self.encoder = RayEncoder(width)
+
+    def forward(self, observations: dict[str, Tensor]) -> Tensor:
+        """Return the features."""
+        features: Tensor = self.encoder(torch.cat([observations[name] for name in ENCODED], dim=1))
+        return features
+
+
+EXTRACTORS: dict[str, type[BaseFeaturesExtractor]] = {"rays": Rays}
+"""Features by the name that a file of hyperparameters gives them."""

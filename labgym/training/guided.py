@@ -61,7 +61,7 @@ class Guided(VecEnvWrapper):
         if self.noting:
             states = self.venv.get_attr("state")
             advice = [
-                expert.action(state.task.layout, state.pose, goal, ranges)
+                expert.action(state.task.layout, state.pose, state.velocity, goal, ranges, _people(state))
                 for expert, state, goal, ranges in zip(
                     self._experts, states, self._seen["goal"], self._seen["lidar"], strict=True
                 )
@@ -158,6 +158,12 @@ def guided(algorithm: type[PPO], imitation: float) -> type[PPO]:
             self.logger.record("train/imitation_loss", float(np.mean(losses)))
 
     return GuidedPPO
+
+
+def _people(state: Any) -> NDArray[np.float64] | None:
+    """Return places and velocities of the people of an episode, (n, 4); None without any."""
+    people = state.presences.get("people")
+    return None if people is None else np.concatenate([people.positions, people.velocities], axis=1)
 
 
 def _guide(environments: VecEnv) -> Guided:

@@ -14,6 +14,7 @@ from labgym.counts import MAX_COUNT, MAX_STEPS, check_switch, whole_number
 from labgym.envs.presets import read_mapping
 from labgym.errors import DocumentError, OptionError, UnknownNameError, check_name
 from labgym.policies.adapters.actor_file import ACTIVATIONS
+from labgym.training.export import EXTRACTORS
 from labgym.training.limits import ARGUMENTS, LINEAR, NORMALIZATION, Limit
 
 FOLDER = Path(__file__).parent / "hyperparams"
@@ -129,13 +130,16 @@ class Hyperparameters:
         """Return the arguments of the algorithm, with schedules and classes in the place of their names.
 
         Raises:
-            UnknownNameError: there is no such activation function.
+            UnknownNameError: there is no such activation function or kind of features.
         """
         arguments = {name: _scheduled(value) for name, value in self.arguments.items()}
         policy = dict(arguments.get("policy_kwargs") or {})
         if "activation_fn" in policy:
             check_name("activation function", policy["activation_fn"], ACTIVATIONS)
             policy["activation_fn"] = ACTIVATIONS[policy["activation_fn"]]
+        if "features_extractor_class" in policy:
+            check_name("features", policy["features_extractor_class"], EXTRACTORS)
+            policy["features_extractor_class"] = EXTRACTORS[policy["features_extractor_class"]]
         return {**arguments, "policy_kwargs": policy}
 
     def environment_options(self, evaluation: bool = False) -> dict[str, Any]:

@@ -11,17 +11,19 @@ from scipy.ndimage import distance_transform_edt
 
 pytest.importorskip("stable_baselines3")
 
-from labgym.navigation import PLANNING_RADIUS
+from labgym.envs.conditions.panes import GlassPane, with_panes
 from labgym.training.explorer import (
     ANGLES,
     AVERSION,
     CELL_M,
+    CLEAR_M,
     COMFORT_M,
     FREE,
     OCCUPIED,
     STANDING,
     UNSEEN,
     Explorer,
+    in_sight,
     priced,
     remember,
 )
@@ -75,8 +77,8 @@ def test_prices_follow_the_distance_to_what_is_occupied():
     distance = CELL_M * distance_transform_edt(cells != OCCUPIED)
     away = np.ones(cells.shape, bool)
     away[:6, :6] = away[-6:, -6:] = away[0] = away[-1] = away[:, 0] = away[:, -1] = False
-    np.testing.assert_array_equal(blocked[away], distance[away] < PLANNING_RADIUS)
-    lack = np.clip((COMFORT_M - distance) / (COMFORT_M - PLANNING_RADIUS), 0.0, 1.0)
+    np.testing.assert_array_equal(blocked[away], distance[away] < CLEAR_M)
+    lack = np.clip((COMFORT_M - distance) / (COMFORT_M - CLEAR_M), 0.0, 1.0)
     priced_here = away & ~blocked
     np.testing.assert_allclose(prices[priced_here], (1.0 + AVERSION * lack**2)[priced_here])
 
@@ -92,10 +94,13 @@ def test_it_turns_away_from_a_wall_between_it_and_the_goal():
     x0, y0, x1, y1 = layout.floor.bounds
     pose = ((x0 + x1) / 2.0 - 1.0, (y0 + y1) / 2.0, 0.0)
     expert = Explorer()
-    forward, turn = expert.action(layout, pose, np.array([2.0, 1.0, 0.0]), ranges)
+    rest, goal = (0.0, 0.0), np.array([2.0, 1.0, 0.0])
+    forward, turn = expert.action(layout, pose, rest, goal, ranges)
     assert turn > 0.3
     expert.restart()
-    assert expert.action(layout, pose, np.array([2.0, 1.0, 0.0]), np.full(180, 10.0))[1] == pytest.approx(0.0, abs=0.2)
+    assert expert.action(layout, pose, (0.0, 0.0), np.array([2.0, 1.0, 0.0]), np.full(180, 10.0))[1] == pytest.approx(
+        0.0, abs=0.2
+    )
     assert forward < 1.0
 
 
@@ -104,6 +109,35 @@ def test_a_goal_outside_of_the_floor_or_under_the_robot_gives_an_action(goal):
     layout = island_laboratory()
     x0, y0, x1, y1 = layout.floor.bounds
     pose = ((x0 + x1) / 2.0, (y0 + y1) / 2.0, 1.0)
-    action = Explorer().action(layout, pose, np.array([goal, math.cos(0.3), math.sin(0.3)]), np.full(180, 3.0))
+    action = Explorer().action(
+        layout, pose, (0.0, 0.0), np.array([goal, math.cos(0.3), math.sin(0.3)]), np.full(180, 3.0)
+    )
     assert all(-1.0 <= each <= 1.0 for each in action)
     assert (action == (0.0, 0.0)) == (goal == 0.0)
+
+
+def test_a_pane_counts_as_a_whole_once_the_scan_has_its_return():
+    layout = island_laboratory()
+    x0, y0, x1, y1 = layout.floor.bounds
+    x, y = (x0 + x1) / 2.0, (y0 + y1) / 2.0
+    layout = with_panes(layout, [GlassPane(x + 0.9, y, math.pi / 2.0, width=1.6)])
+    goal, pose = np.array([2.5, 1.0, 0.0]), (x, y, 0.0)
+    through, along = np.full(180, 10.0), np.full(180, 10.0)
+    along[89:92] = 0.9
+    expert = Explorer()
+    forward, turn = expert.action(layout, pose, (0.0, 0.0), goal, through)
+    assert forward > 0.5
+    assert turn == pytest.approx(0.0, abs=0.2)
+    expert.action(layout, pose, (0.0, 0.0), goal, along)
+    _, turn = expert.action(layout, pose, (0.0, 0.0), goal, through)
+    assert abs(turn) > 0.5
+
+
+def test_people_in_sight_are_those_whom_no_wall_hides():
+    people = np.array([[2.0, 0.0, 0.0, 1.0], [0.0, 2.0, 1.0, 0.0], [-2.0, 0.0, 1.0, 0.0]])
+    ranges = np.full(180, 10.0)
+    ranges[130:140] = 1.0
+    seen = in_sight(people + np.array([1.0, 1.0, 0.0, 0.0]), (1.0, 1.0, 0.0), ranges)
+    np.testing.assert_allclose(seen, people[[0, 2]], atol=1e-12)
+    turned = in_sight(people[:1], (0.0, 0.0, math.pi / 2.0), np.full(180, 10.0))
+    np.testing.assert_allclose(turned, [[0.0, -2.0, 1.0, 0.0]], atol=1e-12)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import gymnasium as gym
@@ -10,6 +11,7 @@ import pytest
 
 pytest.importorskip("stable_baselines3")
 
+from safetensors import safe_open
 from stable_baselines3 import A2C, DDPG, PPO, SAC, TD3
 from stable_baselines3.common.policies import MultiInputActorCriticPolicy
 from stable_baselines3.common.torch_layers import CombinedExtractor
@@ -20,7 +22,7 @@ from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.policies import EpisodeStart, make_policy
 from labgym.training import save_policy
 from labgym.training.environments import NearGoal
-from labgym.training.export import RobotFrame
+from labgym.training.export import Rays, RobotFrame
 
 SMALL = {"net_arch": [16, 16]}
 
@@ -273,6 +275,74 @@ def test_a_recurrent_policy_remembers_until_the_next_episode(
     np.testing.assert_array_equal(actions[: len(observations)], actions[len(observations) :])
     policy.reset(start())
     assert np.abs(policy.act(observations[5]) - actions[5]).max() > 1e-6
+
+
+@pytest.mark.parametrize("recurrent", [False, True])
+def test_a_policy_with_features_of_rays_acts_as_its_model(recurrent, blank, usual_space, observations, tmp_path):
+    made, options = environments(blank, usual_space), {"net_arch": [8], "features_extractor_class": Rays}
+    options["features_extractor_kwargs"] = {"width": 12}
+    if recurrent:
+        kind = pytest.importorskip("sb3_contrib").RecurrentPPO
+        options |= {"lstm_hidden_size": 6, "shared_lstm": True, "enable_critic_lstm": False}
+    policy_name = "MultiInputLstmPolicy" if recurrent else "MultiInputPolicy"
+    model = (kind if recurrent else PPO)(
+        policy_name, made, n_steps=8, batch_size=8, policy_kwargs=options, seed=1, device="cpu"
+    )
+    file = save_policy(model, tmp_path / "policy.safetensors")
+    policy, state = make_policy(str(file)), None
+    policy.reset(start())
+    for number, each in enumerate(observations):
+        inputs = {name: each[name] for name in usual_space}
+        first = np.array([number == 0])
+        expected, state = model.predict(inputs, state=state, episode_start=first, deterministic=True)
+        np.testing.assert_allclose(policy.act(each), expected, rtol=0.0, atol=5e-6)
+
+
+def test_an_encoder_that_does_not_fit_is_refused(blank, usual_space, tmp_path):
+    from safetensors.torch import load_file, save_file
+
+    options = {"net_arch": [8], "features_extractor_class": Rays, "features_extractor_kwargs": {"width": 12}}
+    model = PPO("MultiInputPolicy", environments(blank, usual_space), policy_kwargs=options, seed=1, device="cpu")
+    file = save_policy(model, tmp_path / "policy.safetensors")
+    with safe_open(file, "pt") as opened:
+        metadata = opened.metadata()
+    for name, tensor in load_file(file).items():
+        if name.startswith("encoder."):
+            save_file({**load_file(file), name: tensor[:-1].contiguous()}, tmp_path / "broken.safetensors", metadata)
+            with pytest.raises(DocumentError, match=name.replace(".", r"\.")):
+                make_policy(str(tmp_path / "broken.safetensors"))
+    header = json.loads(metadata["labgym"])
+    for change, message in (
+        ({"inputs": ["goal", "lidar"]}, "inputs"),
+        ({"encoder": 13}, "encoder"),
+        ({"stack": 2}, "inputs"),
+    ):
+        save_file(load_file(file), tmp_path / "broken.safetensors", {"labgym": json.dumps({**header, **change})})
+        with pytest.raises(DocumentError, match=message):
+            make_policy(str(tmp_path / "broken.safetensors"))
+    with pytest.raises(OptionError, match="set observe"):
+        PPO("MultiInputPolicy", NearGoal(environments(blank, usual_space)), policy_kwargs=options, device="cpu")
+    frames = VecFrameStack(environments(blank, usual_space), 2)
+    with pytest.raises((OptionError, RuntimeError)):
+        save_policy(PPO("MultiInputPolicy", frames, policy_kwargs=options, device="cpu"), tmp_path / "p.safetensors")
+
+
+def test_features_of_rays_turn_with_the_robot():
+    """Before the layer that tells directions apart, a turn by 12 degrees moves all features by one place."""
+    import torch
+
+    from labgym.policies.adapters.ray_encoder import RayEncoder
+
+    encoder, rng = RayEncoder(4), np.random.default_rng(0)
+    seen = []
+    encoder.last.register_forward_pre_hook(lambda _, inputs: seen.append(inputs[0][0, :960].reshape(32, 30)))
+    ranges = rng.uniform(0.3, 8.0, 180).astype(np.float32)
+    for turns in (0, 1):
+        bearing = 0.4 - math.radians(12.0) * turns
+        goal = np.array([2.0, math.cos(bearing), math.sin(bearing), 0.5, 0.1], np.float32)
+        encoder(torch.tensor(np.concatenate([goal, np.roll(ranges, -6 * turns)]))[None])
+    torch.testing.assert_close(seen[1], seen[0].roll(-1, dims=1), rtol=0.0, atol=1e-5)
+    assert not torch.allclose(seen[1], seen[0], atol=1e-3)
 
 
 def test_a_file_whose_memory_does_not_fit_is_refused(tmp_path):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -50,16 +50,18 @@ from labgym.errors import OptionError
 
 if TYPE_CHECKING:
     from labgym.envs.gpu.batch import DeviceBatch
+    from labgym.envs.parts.protocols import Presence
 
 Observations = dict[str, NDArray[np.float32]]
 
 
 class Underway(NamedTuple):
-    """An episode in progress: its task, and pose and velocity of the robot, as in `State`."""
+    """An episode in progress: its task, pose and velocity of the robot, and conditions, as in `State`."""
 
     task: Task
     pose: Pose
     velocity: tuple[float, float]
+    presences: Mapping[str, Presence]
 
 
 class VectorPointNavEnv(PointNavVectorEnv):
@@ -221,9 +223,10 @@ class VectorPointNavEnv(PointNavVectorEnv):
     def states(self) -> list[Underway]:
         """The episodes in progress."""
         poses, velocities = self._columns.pose.tolist(), self._columns.velocity.tolist()
+        presences = [each.state.presences for each in self._rows] or [{}] * self.num_envs
         return [
-            Underway(task, tuple(pose), tuple(velocity))
-            for task, pose, velocity in zip(self._present, poses, velocities, strict=True)
+            Underway(*each)
+            for each in zip(self._present, map(tuple, poses), map(tuple, velocities), presences, strict=True)
         ]
 
     @property

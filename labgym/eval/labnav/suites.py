@@ -191,7 +191,7 @@ def _holds_episodes(file: Path) -> bool:
 DRIVE_CPU_S = {
     "still": 0.5, "straight": 0.25, "blind": 0.4, "bug2": 0.7, "astar": 0.4, "ppo": 0.5, "dwa": 1.0, "online_map": 4.0,
     "stack": 1.1, "local-imitation": 0.7, "local-ppo": 0.7, "clairvoyant": 2.5, "iplanner": 2.5, "navdp": 20.0,
-    "ppo-depth": 3.0,
+    "ppo-depth": 3.0, "lidar-lstm": 0.5,
 }  # fmt: skip
 """CPU seconds of a drive by policy on one core, with the processes of the policies: measured in carry; of online_map,
 iplanner, ppo-depth and navdp in the first episode of each floor of all tasks, from the time that two cores took; of

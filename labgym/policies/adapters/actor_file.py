@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
@@ -20,6 +20,7 @@ from torch import Tensor, nn
 from labgym.documents import Document, check_safetensors_header, write_bytes
 from labgym.errors import DocumentError
 from labgym.policies.adapters.inputs import checked_file
+from labgym.policies.adapters.ray_encoder import ENCODED, ENCODED_SIZE, RayEncoder
 from labgym.policies.options import NonNegative, Positive
 
 Activation = Literal["elu", "relu", "silu", "tanh"]
@@ -37,6 +38,7 @@ class ActorHeader(Document):
     Attributes:
         algorithm: algorithm that trained it. environment: id of the environment.
         inputs: entries of the observation, in the order in which they are concatenated.
+        encoder: number of features of the `RayEncoder` after the inputs, which are then those of it; 0 without one.
         stack: number of frames of each input, one after the other, the oldest first; zeros before the first one.
         memory: number of LSTM layers between the inputs and the layers.
         activation: function between the layers.
@@ -51,6 +53,7 @@ class ActorHeader(Document):
     algorithm: str
     environment: str = ""
     inputs: Annotated[tuple[str, ...], Field(min_length=1)]
+    encoder: Annotated[int, Field(ge=0, le=4096)] = 0
     stack: Annotated[int, Field(ge=1, le=64)] = 1
     memory: Annotated[int, Field(ge=0, le=16)] = 0
     activation: Activation
@@ -63,30 +66,45 @@ class ActorHeader(Document):
 
 @dataclass(frozen=True, eq=False)
 class Perceptron:
-    """A multilayer perceptron from observations to actions, after an LSTM if it has one, and its normalization.
+    """A multilayer perceptron from observations to actions, after encoder and LSTM if any, and its normalization.
 
     Attributes:
         header: the description.
         layers: weight (outputs, inputs) and bias (outputs,) of each linear layer, float32.
         statistics: mean and variance of each normalized input, of all its frames, float64.
         memory: weights of inputs (4 h, n) and of the state (4 h, h), and biases (4 h,) of both, of each LSTM layer.
+        encoder: weights of the `RayEncoder` by name; none without one.
     """
 
     header: ActorHeader
     layers: tuple[tuple[Tensor, Tensor], ...]
     statistics: dict[str, tuple[Tensor, Tensor]]
     memory: tuple[tuple[Tensor, Tensor, Tensor, Tensor], ...] = ()
+    encoder: Mapping[str, Tensor] = field(default_factory=dict)
 
     @property
     def width(self) -> int:
-        """Number of values that the first layer takes."""
+        """Number of values that the inputs must have."""
+        return ENCODED_SIZE if self.encoder else self._features
+
+    @property
+    def _features(self) -> int:
+        """Number of values that the first layer after the encoder takes."""
         return int(self.memory[0][0].shape[1] if self.memory else self.layers[0][0].shape[1])
+
+    def encoding(self) -> RayEncoder | None:
+        """Return the encoder in evaluation mode; None without one."""
+        if not self.encoder:
+            return None
+        encoder = RayEncoder(self.header.encoder)
+        encoder.load_state_dict(self.encoder)
+        return encoder.eval()
 
     def recurrence(self) -> nn.LSTM | None:
         """Return the LSTM in evaluation mode; None without one."""
         if not self.memory:
             return None
-        lstm = nn.LSTM(self.width, self.memory[0][1].shape[1], len(self.memory)).eval()
+        lstm = nn.LSTM(self._features, self.memory[0][1].shape[1], len(self.memory)).eval()
         for index, tensors in enumerate(self.memory):
             for part, tensor in zip(LSTM_PARTS, tensors, strict=True):
                 getattr(lstm, f"{part}_l{index}").data = tensor
@@ -126,6 +144,7 @@ class Perceptron:
             tensors |= {f"layers.{index}.weight": weight, f"layers.{index}.bias": bias}
         for index, parts in enumerate(self.memory):
             tensors |= {f"memory.{index}.{name}": part for name, part in zip(LSTM_PARTS, parts, strict=True)}
+        tensors |= {f"encoder.{name}": tensor for name, tensor in self.encoder.items()}
         for name, (mean, variance) in self.statistics.items():
             tensors |= {f"statistics.{name}.mean": mean, f"statistics.{name}.var": variance}
         metadata = {"labgym": json.dumps(self.header.to_json())}
@@ -165,6 +184,7 @@ def _checked(header: ActorHeader, tensors: dict[str, Tensor], path: Path) -> Per
         if not bool(torch.isfinite(tensor).all()):
             raise DocumentError(path, name, "holds NaN or infinite numbers; train the model again")
     memory = _checked_memory(header, tensors, path)
+    encoder = _checked_encoder(header, tensors, path)
     layers: list[tuple[Tensor, Tensor]] = []
     while f"layers.{len(layers)}.weight" in tensors:
         weight, bias = (tensors.pop(f"layers.{len(layers)}.{part}", torch.empty(0)) for part in ("weight", "bias"))
@@ -186,7 +206,24 @@ def _checked(header: ActorHeader, tensors: dict[str, Tensor], path: Path) -> Per
         statistics[name] = (mean, variance)
     if tensors:
         raise DocumentError(path, sorted(tensors)[0], "is not part of an actor")
-    return Perceptron(header, tuple(layers), statistics, memory)
+    actor = Perceptron(header, tuple(layers), statistics, memory, encoder)
+    if encoder and actor._features != header.encoder:
+        raise DocumentError(path, "encoder", "its features do not fit the layer after it")
+    return actor
+
+
+def _checked_encoder(header: ActorHeader, tensors: dict[str, Tensor], path: Path) -> dict[str, Tensor]:
+    """Take the weights of the encoder of a header out of the tensors of a file and return them."""
+    if not header.encoder:
+        return {}
+    if header.inputs != ENCODED or header.stack != 1:
+        raise DocumentError(path, "inputs", f"the encoder takes {', '.join(ENCODED)}, one frame of each")
+    weights = {}
+    for name, expected in RayEncoder(header.encoder).state_dict().items():
+        weights[name] = tensors.pop(f"encoder.{name}", torch.empty(0))
+        if weights[name].shape != expected.shape or weights[name].dtype != torch.float32:
+            raise DocumentError(path, f"encoder.{name}", f"does not have the shape {tuple(expected.shape)}")
+    return weights
 
 
 def _checked_memory(
@@ -213,7 +250,8 @@ class RunningActor:
     """
 
     def __init__(self, actor: Perceptron) -> None:
-        self._actor, self._network, self._lstm = actor, actor.network(), actor.recurrence()
+        self._actor, self._network = actor, actor.network()
+        self._encoder, self._lstm = actor.encoding(), actor.recurrence()
         self.reset()
 
     def reset(self) -> None:
@@ -227,6 +265,8 @@ class RunningActor:
         vector = np.concatenate([self._actor.normalized(name, self.see(name, inputs[name])) for name in names])
         with torch.inference_mode():
             values = torch.from_numpy(vector)[None]
+            if self._encoder is not None:
+                values = self._encoder(values)
             if self._lstm is not None:
                 sequence, self._state = self._lstm(values[None], self._state)
                 values = sequence[0]
