@@ -68,7 +68,13 @@ BUILT_IN = {
             "train",
             "iPlanner-style: a network plans a path from one depth image",
         ),
-        ("lidar-lstm", "lidar_lstm:LidarLstmPolicy", "lidar", "train", "one network with memory, end to end from scans"),
+        (
+            "lidar-lstm",
+            "lidar_lstm:LidarLstmPolicy",
+            "lidar",
+            "train",
+            "one network with memory from scans to velocities",
+        ),
         (
             "local-imitation",
             "local.policy:ImitationPolicy",

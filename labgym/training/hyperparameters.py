@@ -37,7 +37,7 @@ class Hyperparameters:
         frame_stack: number of observations that it sees at a time, the last one and those before.
         layouts: number of generated layouts to train in (`FirstLayouts`); 0 generates new ones without end.
         env_kwargs: arguments of the training environments. eval_env_kwargs: those that differ in evaluations.
-        imitation: control steps at the beginning in which the policy imitates an expert that knows the true floor
+        imitation: control steps at the beginning in which the policy imitates an expert that plans on scans
             (`labgym.training.guided`); of "ppo" and "recurrent-ppo".
         eval_freq: control steps between two evaluations, each followed by a checkpoint.
         n_eval_episodes: episodes of an evaluation.
