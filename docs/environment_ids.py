@@ -29,25 +29,26 @@ ROOM = "A room from above: its protocol's route, and the routes of six policies"
 FLOOR = "A floor of several rooms in the viewer: the robot, its plan, its camera and its depth image", "viewer.jpg"
 PICTURES = {"LabPointNav-v0": ROOM, "LabProtocolNav-v0": ROOM}
 """Text and name of the picture of the ids that are no task of LabNav; by default that of a floor."""
+TASKS_LEARNED = (
+    "`local-ppo` learned all eight tasks at once, as the local planner of `stack`: 34 minutes of PPO "
+    "([card](../../policies/local-ppo/CARD.md)) after 46 minutes of imitation "
+    "([card](../../policies/local-imitation/CARD.md)). "
+)
+NO_TASK_LEARNED = (
+    "No training from end to end is published that has learned this id ([Learn LabNav end to end](../learn.md))."
+)
+AISLE = (
+    "End to end, `lidar-lstm` has learned it by 40 minutes of imitation on one core: 0.75 and 0.70 of the drives of "
+    "level 2 on floors-val with two seeds ([Learn LabNav end to end](../learn.md))."
+)
 LEARNED = {
+    "LabNavAisle-v0": TASKS_LEARNED + AISLE,
     "LabPointNav-v0": "`ppo` reaches a success rate of 0.992 in rooms that it has not seen, after a million steps, "
     "5 minutes on two cores ([training](../training.md#what-to-expect)).",
     "LabFloorNav-v0": "`ppo` trained in rooms reaches 0.875 in rooms after 524,288 steps, 7 minutes on two cores, and "
     "0.43 on floors ([training](../training.md#arrive-and-stop)).",
 }
 NOTHING = "No training is published that has learned this id."
-TASKS_LEARNED = (
-    "`local-ppo` learned all eight tasks at once, as the local planner of `stack`: 34 minutes of PPO "
-    "([card](../../policies/local-ppo/CARD.md)) after 46 minutes of imitation "
-    "([card](../../policies/local-imitation/CARD.md)). "
-)
-END_TO_END = (
-    "No training from end to end is published that has learned this id ([Learn LabNav end to end](../learn.md))."
-)
-AISLE_END_TO_END = (
-    "End to end, `lidar-lstm` has learned it by 40 minutes of imitation on one core: 0.75 and 0.70 of the drives of "
-    "level 2 on floors-val with two seeds ([Learn LabNav end to end](../learn.md))."
-)
 BEST = 5
 """Policies of the published results on a page."""
 REWARDS = {
@@ -96,9 +97,7 @@ def id_page(name: str) -> str:
         f"Truncated after {environment.spec.max_episode_steps} actions. Layouts are drawn from `{config.split}`.",
         *([_levels(task)] if task else []),
         "## What has learned it",
-        TASKS_LEARNED + (AISLE_END_TO_END if name.startswith("LabNavAisle") else END_TO_END)
-        if task
-        else LEARNED.get(name, NOTHING),
+        LEARNED.get(name, TASKS_LEARNED + NO_TASK_LEARNED if task else NOTHING),
         *(_driven(task) if task else []),
     ]
     environment.close()
