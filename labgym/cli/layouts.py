@@ -21,9 +21,9 @@ from labgym.cli.arguments import (
     Texts,
 )
 from labgym.cli.effects import refuses_idle_flags
+from labgym.cli.labbuilder import LABBUILDER, flag_library
 from labgym.cli.outcome import DONE, FAILED, written
 from labgym.cli.saving import Overwrite, layout_path, refuse_other_content, save
-from labgym.cli.scores import LABBUILDER, flag_library
 from labgym.errors import InfeasibleError, OptionError, UnrepairedError
 
 if TYPE_CHECKING:

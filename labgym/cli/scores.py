@@ -11,19 +11,17 @@ from tyro.conf import arg
 
 from labgym.cli.arguments import THIS_PROCESS, Execution, LayoutNames, OptionalPath, OptionalText
 from labgym.cli.effects import refuses_idle_flags
+from labgym.cli.labbuilder import LABBUILDER, flag_library
 from labgym.cli.outcome import DONE, FAILED, written
 from labgym.errors import OptionError
 
 if TYPE_CHECKING:
     from labgym.eval.scoring.judgement import JudgeOptions, Mode
-    from labgym.paper.labbuilder_rules.library import Library
     from labgym.runs import ExecutorOptions
 
 OptionalMode = Annotated[
     Literal["strict", "medium", "lenient"] | None, arg(metavar="{strict,medium,lenient}", help_behavior_hint="")
 ]
-LABBUILDER = "labbuilder"
-"""Rule set of the evaluator that LabBuilder's authors released."""
 MAX_LISTED = 20
 """Largest number of layouts that are named as failing."""
 
@@ -136,23 +134,6 @@ def _rated(names: Sequence[str], mode: Mode) -> int:
         for layout in each_layout(names):
             print(json.dumps({"layout": layout.id, "mode": mode, "points": rate(model, layout, mode).points()}))
     return DONE
-
-
-def flag_library(name: str | None) -> Library:
-    """Return the library of the option --library, which the rule set labbuilder requires.
-
-    Raises:
-        OptionError: it is not given.
-        DocumentError: the file is broken.
-    """
-    from labgym.paper.labbuilder_rules.library import open_library
-
-    if name is None:
-        raise OptionError(
-            "--rules labbuilder takes sizes and flags from a library: add --library FILE, LabBuilder's "
-            "assets_annotated.json, or --library catalog for labgym's own"
-        )
-    return open_library(name)
 
 
 def _rulings(names: Sequence[str], regulations: str, as_json: bool, check: bool) -> int:

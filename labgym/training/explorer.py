@@ -46,7 +46,7 @@ SLOWEST, GAP_GAIN, BODY_M = 0.1, 1.3, 0.32
 AROUND_M = 2.5
 """Distance up to which returns of the scan count for the next second, meters."""
 PANE_M, PANE_ERROR_M, PANE_SPACING_M = 4.0, 0.25, 0.08
-"""Distance up to which the return of a pane is recognized, error of its range, and spacing of the points of a seen pane."""
+"""Distance up to which a return is that of a pane, error of its range, and spacing of the points of a seen pane."""
 PEOPLE_M, PERSON_M = 5.0, 0.45
 """Distance up to which people count, and depth of a person along a ray, meters."""
 REST_M = 0.15

@@ -22,7 +22,8 @@ TOUCH_M, PERSON_M = 0.015, 0.12
 """Least clearance from things and from people, meters."""
 PEOPLE_RADIUS_M = 0.3
 PRESSED_M, PRESSING, LEAVING = 0.75, 0.2, 0.05
-"""Distance at which somebody who does not walk away faster than `PRESSING` counts as walking at the robot, m and m/s; and least speed at which a robot that is nearer than allowed moves away."""
+"""Distance within which somebody who does not walk away faster than `PRESSING` counts as walking at the robot, m and
+m/s; and least speed at which a robot that is nearer than allowed moves away."""
 PACE = 1.0
 """Speed of those people, m/s."""
 MEETING_STEPS, MEETING_M, MEETING_PRICE = 25, 0.5, 1.5
