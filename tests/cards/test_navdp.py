@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from labgym.artefacts import artefacts
-from labgym.cards import ablation
+from labgym.cards import ablation, results
 from labgym.cards import navdp as navdp_card
 from labgym.cards.ablation import NAVDP, RESULTS, PolicyAblation, ablate_navdp
 from labgym.cards.navdp import write_navdp_card
@@ -54,7 +54,7 @@ def test_variants_drive_by_its_options_with_the_same_weights(study: Path) -> Non
 def test_the_card_s_numbers_are_the_evaluation_s(
     data: Path, study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(navdp_card, "SHOWN", 2)
+    monkeypatch.setattr(results, "SHOWN_FAILURES", 2)
     monkeypatch.setattr(navdp_card, "NAVDP", STUDY)
     report = evaluate("navdp", SHORT, out=tmp_path / "eval", progress=False)
     card = write_navdp_card(PUBLISHED, data, tmp_path / "eval", tmp_path / "card", study).read_text()
