@@ -115,7 +115,8 @@ def test_a_shard_that_kills_three_workers_is_an_error_and_the_others_are_kept(tm
         list(run_shards(shards, folder, ExecutorOptions(workers=2), progress=False))
     assert len(log.read_text().split()) == 3
     with RunFolder.open(tmp_path / "run", examples.identity()) as folder:
-        assert folder.output("square 0") is not None
+        # Both squares began before it, one at most still ran when the third worker died.
+        assert any(folder.output(f"square {number}") is not None for number in range(2))
         assert folder.output("deadly") is None
 
 
