@@ -258,7 +258,6 @@ def _generate_one(
     from labgym.assets import Catalog
     from labgym.layouts.generate import generate_assessed, reasons, resolve_request
     from labgym.layouts.trace import Recorder
-    from labgym.paper.labbuilder_rules.generation import generate_by
     from labgym.protocols import resolve
 
     rules, phases, out = method.rule_set(), method.method(), output.out or Path()
@@ -278,6 +277,8 @@ def _generate_one(
     recorder = None if output.trace is None else Recorder()
     try:
         if library is not None:
+            from labgym.paper.labbuilder_rules.generation import generate_by
+
             layout = generate_by(request, phases, library)[0]
         else:
             layout = generate_assessed(request, phases, recorder)[0]

@@ -175,7 +175,8 @@ def _picture(layout: Layout, width: int, height: int, place: View) -> NDArray[np
     for placement in layout.placements:
         if hanging_on(layout, placement) in hidden:
             model.geom_group[model.geom_bodyid == model.body(placement.id).id] = COLLISION_GROUP
-    for index in blank_backs(scene_mesh(layout, hidden), layout, place.position, hidden):
+    backs = blank_backs(scene_mesh(layout, hidden), layout, place.position, hidden) if hidden else ()
+    for index in backs:
         ghost = layout.placements[index].id
         if layout.box(ghost).z1 > TOPS[1]:
             parts = model.geom_bodyid == model.body(ghost).id

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from labgym.envs.conditions.cast import RADIUS as PERSON_RADIUS
 from labgym.envs.robot import ROBOT
 from labgym.geometry import Array
 from labgym.machine_code import entry
@@ -20,7 +21,6 @@ TIGHT_M, TIGHT_PRICE = 0.08, 0.4
 """Clearance below which less costs, meters, and the price at none."""
 TOUCH_M, PERSON_M = 0.015, 0.12
 """Least clearance from things and from people, meters."""
-PEOPLE_RADIUS_M = 0.3
 PRESSED_M, PRESSING, LEAVING = 0.75, 0.2, 0.05
 """Distance within which somebody who does not walk away faster than `PRESSING` counts as walking at the robot, m and
 m/s; and least speed at which a robot that is nearer than allowed moves away."""
@@ -57,17 +57,24 @@ def nearest_safe(
 
 
 @entry
+def _moved(
+    motion: tuple[float, float, float, float, float], speed: float, rate: float
+) -> tuple[float, float, float, float, float]:
+    """Return x, y, yaw and the velocities of a robot one control step later."""
+    x, y, yaw, v, w = motion
+    v += min(max(speed - v, -DV), DV)
+    w += min(max(rate - w, -DW), DW)
+    yaw += DT * w
+    return x + DT * v * math.cos(yaw), y + DT * v * math.sin(yaw), yaw, v, w
+
+
+@entry
 def _risk(points: Array, people: Array, velocity: tuple[float, float], speed: float, rate: float) -> float:
     """Return the price of coming near things; inf if something is touched."""
-    v, w = velocity
-    x, y, yaw, least = 0.0, 0.0, 0.0, math.inf
+    motion, least = (0.0, 0.0, 0.0, velocity[0], velocity[1]), math.inf
     for step in range(STEPS):
-        target = speed if step < HOLD_STEPS else 0.0
-        v += min(max(target - v, -DV), DV)
-        w += min(max(rate - w, -DW), DW)
-        yaw += DT * w
-        x += DT * v * math.cos(yaw)
-        y += DT * v * math.sin(yaw)
+        motion = _moved(motion, speed if step < HOLD_STEPS else 0.0, rate)
+        x, y, _, v, _ = motion
         if v == 0.0:
             if step >= HOLD_STEPS:
                 break
@@ -80,7 +87,7 @@ def _risk(points: Array, people: Array, velocity: tuple[float, float], speed: fl
             if now < PRESSED_M and leaving < PRESSING:
                 vx, vy = -PACE * people[k, 0] / now, -PACE * people[k, 1] / now
             away = math.hypot(people[k, 0] + vx * time - x, people[k, 1] + vy * time - y)
-            if away < min(RADIUS + PEOPLE_RADIUS_M + PERSON_M, now + LEAVING * time):
+            if away < min(RADIUS + PERSON_RADIUS + PERSON_M, now + LEAVING * time):
                 return math.inf
         for k in range(len(points)):
             square = (points[k, 0] - x) ** 2 + (points[k, 1] - y) ** 2
@@ -95,19 +102,13 @@ def _risk(points: Array, people: Array, velocity: tuple[float, float], speed: fl
 @entry
 def _crowding(people: Array, velocity: tuple[float, float], speed: float, rate: float) -> float:
     """Return the price of meeting people in the next seconds if all go on as they do."""
-    v, w = velocity
-    x, y, yaw, most = 0.0, 0.0, 0.0, 0.0
+    motion, most = (0.0, 0.0, 0.0, velocity[0], velocity[1]), 0.0
     for step in range(MEETING_STEPS if len(people) else 0):
-        v += min(max(speed - v, -DV), DV)
-        w += min(max(rate - w, -DW), DW)
-        if step == HOLD_STEPS:
-            rate = 0.0
-        yaw += DT * w
-        x += DT * v * math.cos(yaw)
-        y += DT * v * math.sin(yaw)
+        motion = _moved(motion, speed, rate if step <= HOLD_STEPS else 0.0)
+        x, y = motion[:2]
         time = DT * (step + 1)
         for k in range(len(people)):
             away = math.hypot(people[k, 0] + people[k, 2] * time - x, people[k, 1] + people[k, 3] * time - y)
-            near = 1.0 - (away - RADIUS - PEOPLE_RADIUS_M) / MEETING_M
+            near = 1.0 - (away - RADIUS - PERSON_RADIUS) / MEETING_M
             most = max(most, near * (1.0 - 0.5 * step / MEETING_STEPS))
     return MEETING_PRICE * most

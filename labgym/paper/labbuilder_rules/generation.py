@@ -62,9 +62,9 @@ def generate_by(request: Request, method: Method, library: Library) -> tuple[Lay
         if best is None:
             best = layout, verdict
         elif len(missed(verdict)) < len(missed(best[1])):
-            made = layout.provenance
-            made = made.model_copy(update={"seed": request.seed, "options": {**made.options, "draw": draw}})
-            best = layout.replace(id=best[0].id, provenance=made), verdict
+            options = {**layout.provenance.options, "draw": draw}
+            provenance = layout.provenance.model_copy(update={"seed": request.seed, "options": options})
+            best = layout.replace(id=best[0].id, provenance=provenance), verdict
         if {*missed(best[1])} <= {"store"}:  # Other draws cool the same reagents: a refrigerator is no cabinet.
             break
     assert best is not None
