@@ -18,6 +18,8 @@ from labgym.training.export import EXTRACTORS
 from labgym.training.limits import ARGUMENTS, LINEAR, NORMALIZATION, Limit
 
 FOLDER = Path(__file__).parent / "hyperparams"
+COMMON = "LabNav"
+"""Entry of a file for all environments whose ids begin so, as `atari` in the Zoo."""
 ROLLOUTS = {"ppo": 2048, "recurrent-ppo": 128}
 """The defaults of `n_steps`."""
 
@@ -97,7 +99,8 @@ class Hyperparameters:
 
         Args:
             algorithm: a key of `labgym.training.limits.ARGUMENTS`.
-            environment: id of the environment, an entry of the file.
+            environment: id of the environment, an entry of the file. The entry `LabNav` is for all tasks of LabNav;
+                one for an id replaces single values of it.
             path: a YAML file; None for the one that comes with labgym.
             changes: values that replace those of the file.
 
@@ -109,11 +112,15 @@ class Hyperparameters:
         """
         path = path or FOLDER / f"{algorithm}.yml"
         entries = read_mapping(path)
-        if environment not in entries:
+        names = [name for name in (COMMON, environment) if name in entries and environment.startswith(name)]
+        if not names:
             raise UnknownNameError(f"environment in {path.name}", environment, (str(each) for each in entries))
-        if not isinstance(entries[environment], Mapping):
-            raise DocumentError(path, environment, "expected a mapping of hyperparameters")
-        values = {**entries[environment], **(changes or {})}
+        values: dict[str, Any] = {}
+        for name in names:
+            if not isinstance(entries[name], Mapping):
+                raise DocumentError(path, name, "expected a mapping of hyperparameters")
+            values |= entries[name]
+        values |= changes or {}
         own = {each.name for each in fields(cls)} - {"algorithm", "environment", "arguments"}
         common = {name: _number(value) for name, value in values.items() if name in own}
         for name in ("n_envs", "n_timesteps"):

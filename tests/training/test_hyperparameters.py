@@ -15,11 +15,18 @@ from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.vec_env import VecNormalize
 from torch import nn
 
+from labgym.envs.presets import presets
 from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.training.hyperparameters import FOLDER, Hyperparameters
 from labgym.training.limits import ARGUMENTS, NORMALIZATION
 
-PACKAGED = [(name, each) for name in ARGUMENTS for each in yaml.safe_load((FOLDER / f"{name}.yml").read_text())]
+LABNAV = [each for each in presets() if each.startswith("LabNav")]
+PACKAGED = [
+    (name, each)
+    for name in ARGUMENTS
+    for entries in [yaml.safe_load((FOLDER / f"{name}.yml").read_text())]
+    for each in sorted({*entries, *(LABNAV if "LabNav" in entries else ())} - {"LabNav"})
+]
 
 FLOORS = [("ppo", "LabFloorNav-v0", FOLDER / "ppo-floors.yml")]
 
@@ -51,6 +58,18 @@ def test_numbers_in_exponential_notation_schedules_and_functions_are_read(tmp_pa
     assert arguments["ent_coef"] == 1e-4
     assert [arguments["learning_rate"](left) for left in (1.0, 0.5, 0.0)] == pytest.approx([1e-3, 5e-4, 0.0])
     assert arguments["policy_kwargs"] == {"activation_fn": nn.ReLU}
+
+
+def test_an_id_of_labnav_replaces_values_of_the_common_entry(tmp_path):
+    path = write(
+        tmp_path / "mine.yml",
+        "LabNav: {n_envs: 4, n_timesteps: 1000, n_steps: 32, frame_stack: 2}\nLabNavAisle-v0: {frame_stack: 3}",
+    )
+    own, common = (Hyperparameters.load("ppo", each, path) for each in ("LabNavAisle-v0", "LabNavDock-v0"))
+    assert (own.n_envs, own.frame_stack) == (4, 3)
+    assert (common.n_envs, common.frame_stack) == (4, 2)
+    with pytest.raises(UnknownNameError):
+        Hyperparameters.load("ppo", "LabFloorNav-v0", path)
 
 
 def test_changes_replace_the_values_of_the_file():
