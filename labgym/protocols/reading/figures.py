@@ -120,9 +120,8 @@ _TWICE = re.compile(
 )
 _BETWEEN = re.compile(r"(\bbetween [-~]?\d{1,4}(?:\.\d{1,2})?(?: ?° ?C?\.?)?) and (?=[-~]?\d)")
 _PH = re.compile(
-    r"(?<![A-Za-z])pH(?: (?:of|to|at|value|was|is|kept|maintained|about|approximately|ca\.?|reached|adjusted|"
-    r"brought|made|between|then|the (?:reaction )?(?:mixture|solution|solvent|"
-    r"suspension)))* ?[=:]? ?[~<>]?\s?"
+    r"(?<![A-Za-z])pH(?:-value|(?: [A-Za-z.]{1,15}){0,9} (?:to|at|of|about|between|approximately|above|below|is|was|ca\.?"
+    r"|value|reached))?(?: (?:about|approximately|ca\.?|between|around|a value of))? ?(?:of )?[=:]? ?[~<>]?\s?"
     r"(\d{1,2}(?:\.\d{1,2})?)(?: {0,2}(?:-|to|and) ?(\d{1,2}(?:\.\d{1,2})?))?",
     re.IGNORECASE,
 )

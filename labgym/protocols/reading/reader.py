@@ -48,6 +48,8 @@ _ISOLATING = frozenset((
     "Sublime", "Triturate",
 ))  # fmt: skip
 """Operations with which a procedure may end: they leave a product."""
+REACTING = frozenset(("Cool", "Heat", "Hydrogenate", "Irradiate", "Microwave", "Reflux", "SetTemperature", "Stir", "Wait"))
+"""Operations with which a text may end before a product is isolated."""
 _FILLED: frozenset[Verb] = frozenset((
     "Add", "AdjustPH", "Cool", "Dissolve", "Heat", "Hydrogenate", "Irradiate", "MakeSolution", "Microwave", "Quench",
     "Reflux", "SetTemperature", "Stir", "Transfer", "Wait",
@@ -394,7 +396,7 @@ def _outcome(draft: ActionDraft, missing: Sequence[Unread]) -> Outcome:
     measured = any(_is_measured(portion.amount) for action in before for portion in action.takes)
     quantities = any(item.why.startswith("amount") for item in missing)
     last = next((verb for verb in reversed(verbs) if verb not in ("Analyze", "Wash", "Monitor")), "")
-    ends = "Yield" in verbs or last in _ISOLATING
+    ends = "Yield" in verbs or last in _ISOLATING or last in REACTING
     is_clear = not (draft.started_with_batch or quantities or draft.doubts)
     return "complete" if measured and ends and is_clear else "partial"
 

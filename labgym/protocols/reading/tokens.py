@@ -9,7 +9,7 @@ from itertools import accumulate
 from typing import Literal
 
 from labgym.protocols.reading.figures import QuantitySpan
-from labgym.protocols.reading.lexicon import QUALITIES, SUBSTANCES, VerbWord, names_substance, verb_word
+from labgym.protocols.reading.lexicon import AUXILIARIES, QUALITIES, SUBSTANCES, VerbWord, names_substance, verb_word
 
 TokenKind = Literal["word", "name", "verb", "figure", "mark", "group"]
 _CHUNK = re.compile(r"(?:\((?:\d{0,2}[a-z]?[RSEZ]\*?, ){1,9}(?=\d{0,2}[a-z]?[RSEZ]\*?\)))?\S+")
@@ -398,11 +398,13 @@ def _without_data(text: str, tokens: tuple[Token, ...]) -> Sentence:
         return Sentence(tokens)
     cut = min(places)
     later = [k for k, token in enumerate(tokens) if token.start >= cut]
-    if any(tokens[k].kind == "verb" and k and tokens[k - 1].low in ("was", "is", "were", "are") for k in later):
-        stop = next((k for k in later if tokens[k].text == ","), None)
-        if stop is not None:
-            kept = tuple(token for k, token in enumerate(tokens) if token.end <= cut or k >= stop)
-            return Sentence(kept)
+    done = [k - 1 for k in later if tokens[k].kind == "verb" and k and tokens[k - 1].low in AUXILIARIES]
+    if done:
+        stop = next((k for k in later if tokens[k].text == ","), done[0])
+        head = [token for token in tokens if token.end <= cut]
+        if stop in (done[0], done[0] - 1):
+            stop, head = done[0], head[: -1 if head and head[-1].text == "," else None]
+        return Sentence((*head, *tokens[stop:]))
     kept = tuple(token for token in tokens if token.end <= cut)
     return Sentence(kept, (kept[-1].end if kept else start, end))
 

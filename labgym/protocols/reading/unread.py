@@ -16,6 +16,7 @@ from labgym.protocols.reading.draft import ASIDE, EXTRACTS, LAYERS, ActionDraft,
 from labgym.protocols.reading.figures import QuantitySpan
 from labgym.protocols.reading.lexicon import QUALITIES, SOLUTIONS, is_code, is_stop
 from labgym.protocols.reading.mentions import CONDITIONS, MEASURES
+from labgym.protocols.reading.observed import place_observed
 from labgym.protocols.reading.stated import written
 from labgym.protocols.reading.tokens import Sentence, Token, leaves
 
@@ -35,8 +36,13 @@ _CLASSES = frozenset((
 _RESULTING = frozenset((
     "resulting", "resultant", "residual", "desired", "crude", "corresponding", "formed", "title", "obtained",
 ))  # fmt: skip
-_BATHS = frozenset(("bath", "baths", "addition", "evolution", "uptake", "absorption", "derivative"))
-"""Nouns before which a name says what a bath holds, repeats what was added, is a gas that escapes, or a class."""
+_DEFINITE = frozenset(("the", "this", "all", "excess", "unreacted", "remaining", "residual", "any", "unconsumed"))
+"""Words before a name that was there before."""
+_BATHS = frozenset((
+    "bath", "baths", "addition", "evolution", "uptake", "absorption", "derivative", "tube", "foil", "chest", "tower",
+    "trap", "separator", "condenser", "funnel", "balloon", "stream", "blanket", "line",
+))  # fmt: skip
+"""Nouns before which a name says what a bath or a device holds, repeats what was added, or is a gas or a class."""
 MAX_ABBREVIATION = 8
 """Longest name in parentheses that repeats the name before them."""
 _CHECKED = MEASURES | CONDITIONS
@@ -75,7 +81,7 @@ def unread(draft: ActionDraft, parts: Iterable[Sentence]) -> Iterator[Unread]:
         before |= {item.start: token for token in sentence.tokens if _measures(token) for item in token.inner}
         for token in leaves(sentence.tokens):
             why = _lack(draft, before.get(token.start), token, stated)
-            if why:
+            if why and not place_observed(draft, sentence.tokens, token):
                 text = draft.text[token.start : token.end][:1000]
                 yield Unread(start=token.start, end=token.end, text=text, why=why)
 
@@ -241,7 +247,7 @@ def _is_named_again(
     known = name == "catalyst" or name in names or name in {item.split()[-1] for item in names if item}
     solved = following is not None and following.low in SOLUTIONS
     measured = following is not None and (following.figure is not None or (following.kind == "group" and not solved))
-    return known and not measured and (solved or bool({"the", "this", "all"} & set(before)))
+    return known and not measured and (solved or bool(_DEFINITE & set(before)))
 
 
 def _own_observed(draft: ActionDraft, tokens: Sequence[Token]) -> None:

@@ -1,0 +1,113 @@
+"""Observed: what a text tells of the batch besides the operations: its mass, what it reaches by itself, its gas.
+
+What no operation took is given to the action that stands before it, so that the protocol carries it: a mass behind a
+word for the batch is what that action yields, a temperature that the mixture reaches is its note.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from labgym.protocols.experiments.model import Action, Portion, Verb
+from labgym.protocols.reading.draft import ASIDE, ActionDraft
+from labgym.protocols.reading.lexicon import BATCH, GASES, SOLID, VESSELS
+from labgym.protocols.reading.mentions import CONDITIONS
+from labgym.protocols.reading.stated import written
+from labgym.protocols.reading.tokens import Token, leaves
+
+_RESULTS = ("mass", "substance", "percent")
+_LEAVING: frozenset[Verb] = frozenset((
+    "Chromatograph", "Concentrate", "Crystallize", "Distill", "DrySolid", "DrySolution", "Filter", "Purify",
+    "Recrystallize", "Sublime", "Triturate", "Wash", "Yield",
+))  # fmt: skip
+"""Operations behind which the batch has a mass of its own."""
+_FORMS = (BATCH | SOLID | {"form", "material"}) - VESSELS - {"catalyst", "phase", "layer", "solvent", "reaction"}
+_WEIGHED = frozenset(("yield", "yields", "yielded", "wgt.", "wgt", "wt.", "weight", "crop", "collected", "weighed"))
+"""Words in whose reach a mass is of the product."""
+_REACHED = re.compile(
+    r"increas|ris(?:e|es|ing)$|rose|reach|exceed|exotherm|f[ea]ll|drop(?:s|ped)$|maxim|subsid|solidif|occur|complet"
+    r"|melt|decompos|crystalli|uptake|evol|absor|turn|becam|becom|appear|lighten|exceeding"
+)
+"""Words for what a mixture does by itself."""
+REACH = 12
+"""Tokens over which a word for what happens governs a figure."""
+
+
+def place_observed(draft: ActionDraft, tokens: Sequence[Token], token: Token) -> bool:
+    """Give what no operation states to the action before it, and return whether it belongs there.
+
+    Args:
+        draft: its actions change.
+        tokens: of the sentence.
+        token: a figure or a name that no action owns.
+    """
+    before = [k for k, action in enumerate(draft.actions) if action.span is not None and action.span[0] <= token.start]
+    if not before:
+        return False
+    if token.low in GASES and token.low not in ("hydrogen", "h2", "air"):
+        return _cover(draft, before[-1], tokens, token)
+    if token.figure is None:
+        return False
+    if token.figure.kind in CONDITIONS:
+        return _note(draft, before[-1], tokens, token)
+    return token.figure.kind in _RESULTS and _weigh(draft, before[-1], tokens, token)
+
+
+def _cover(draft: ActionDraft, place: int, tokens: Sequence[Token], token: Token) -> bool:
+    """Set the gas above the mixture, "in a stream of nitrogen", unless it is one of several names."""
+    near = [item for item in tokens if abs(item.start - token.start) < 3 or item.start == token.end + 1]
+    if any(item.kind in ("name", "figure") for item in near if item is not token):
+        return False
+    if draft.actions[place].atmosphere is None:
+        draft.actions[place] = draft.actions[place].model_copy(update={"atmosphere": GASES[token.low]})
+    draft.own(token.start, token.end)
+    return True
+
+
+def _note(draft: ActionDraft, place: int, tokens: Sequence[Token], token: Token) -> bool:
+    """Note what a mixture reaches by itself: "the temperature rises to 45 C", "solidified slowly at -20 C"."""
+    flat = list(leaves(tokens))
+    at = next((k for k, item in enumerate(flat) if item is token), 0)
+    words: list[Token] = []
+    for item in reversed(flat[max(0, at - REACH) : at]):
+        words.append(item)
+        if _REACHED.match(item.low):
+            start = words[-1].start
+            text = " ".join(draft.text[start : token.end].split())
+            _annotate(draft, place, text)
+            draft.own(token.start, token.end, ASIDE)
+            return True
+        if item.kind == "verb" or item.text in ",;":
+            break
+    return False
+
+
+def _annotate(draft: ActionDraft, place: int, text: str) -> None:
+    action = draft.actions[place]
+    note = "; ".join(filter(None, (action.note, text)))
+    draft.actions[place] = action.model_copy(update={"note": note[:400]})
+
+
+def _weigh(draft: ActionDraft, place: int, tokens: Sequence[Token], token: Token) -> bool:
+    """Append the result that a mass behind a word for the batch tells: "in the form of a white solid (3.4 g, 80%)"."""
+    if draft.actions[place].verb not in _LEAVING:
+        return False
+    at = next((k for k, item in enumerate(tokens) if item.start <= token.start < item.end), 0)
+    inner = tokens[at].inner if tokens[at].kind == "group" else (tokens[at],)
+    words = [item.low for item in tokens[max(0, at - 4) : at]]
+    batch = tokens[at].kind == "group" and words[-1:] and words[-1] in _FORMS
+    weighed = not _WEIGHED.isdisjoint(words) and not any(item.kind == "name" for item in tokens[at + 1 : at + 4])
+    if not (batch or weighed) or not {"portion", "aliquot", "part", "sample"}.isdisjoint(words):
+        return False
+    figures = [item.figure for item in inner if item.figure is not None and item.figure.kind in _RESULTS]
+    if not any(figure.kind == "mass" for figure in figures):
+        return False
+    name = next((item for item in reversed(tokens[:at]) if item.low in _FORMS), tokens[at])
+    stated = ", ".join(dict.fromkeys(map(written, figures)))
+    portion = Portion(name=draft.text[name.start : name.end][:200], amount=stated[:200], span=(name.start, name.end))
+    span = (min(name.start, figures[0].start), figures[-1].end)
+    draft.actions.insert(place + 1, Action(verb="Yield", gives=(portion,), span=span))
+    for figure in figures:
+        draft.own(figure.start, figure.end, ASIDE)
+    return True
