@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import chain
+from itertools import chain, takewhile
 
 from labgym.protocols.experiments.model import Period, Portion, Verb
 from labgym.protocols.reading.draft import (
@@ -20,7 +20,7 @@ from labgym.protocols.reading.draft import (
 )
 from labgym.protocols.reading.figures import QuantitySpan
 from labgym.protocols.reading.heads import Head
-from labgym.protocols.reading.lexicon import SOLID, SOLUTIONS
+from labgym.protocols.reading.lexicon import BATCH, SOLID, SOLUTIONS
 from labgym.protocols.reading.mentions import SubstanceMention, TextPhrase
 from labgym.protocols.reading.phrases import read_phrases
 from labgym.protocols.reading.separations import collect
@@ -42,6 +42,7 @@ def add(draft: ActionDraft, operation: PhrasedOperation) -> None:
     if operation.head.low.startswith("bubbl") and not substances(operation.phrases):
         draft.act("Purge", operation)
         return
+    operation = replace(operation, before=_behind_batch(operation))
     made = [phrase for phrase in operation.after if _is_precipitated(phrase)]
     _bring(draft, replace(operation, after=[phrase for phrase in operation.after if phrase not in made]))
     for item in substances(made):
@@ -97,6 +98,21 @@ def _bring(draft: ActionDraft, operation: PhrasedOperation) -> None:
     if cold and not any(item.kind == "temperature" for item in conditions(rest)):
         rest = [*rest, TextPhrase("at", cold[0].start, cold[-1].end, conditions=cold)]
     _take(draft, replace(operation, before=rest, after=[]), [*theme, *extra])
+
+
+def _behind_batch(operation: PhrasedOperation) -> list[TextPhrase]:
+    """Return the phrases before the word of an addition, its subject as one that no comma parts from the batch.
+
+    "To the residue water was added", "after which time ether was added", "to which water was added".
+    """
+    before, tokens = operation.before, operation.clause.before
+    names = list(takewhile(lambda item: item.kind in ("name", "group"), reversed(tokens)))
+    rest = tokens[: len(tokens) - len(names)]
+    taken = any(item.kind == "name" for item in names) and not with_substances(operation.after, "", "of")
+    batch = bool(rest) and rest[-1].low in BATCH | SOLUTIONS | {"which", "time"}
+    if not (operation.head.passive and taken and batch) or rest[0].low not in ("to", "after", "into"):
+        return before
+    return [*read_phrases(rest), *read_phrases(names[::-1])]
 
 
 def _measure_behind(operation: PhrasedOperation, theme: Sequence[TextPhrase]) -> None:

@@ -61,9 +61,10 @@ _UNIT = {
     "temperature": r"° ?[CF]|℃|o ?C|degrees? ?(?:C\b|F\b|Celsius|centigrade|Fahrenheit)?|deg\.? ?[CF]|°|C",
     "time": r"(?:(?:additional|further|more) )?(?:hours?|hrs?|min(?:ute)?s?|days?)|h|seconds?|secs?|sec|s|d|weeks?|wk",
     "pressure": r"mbar|bars?|psig?|psia|p\.s\.i\.?|pounds per square inch|"
-    r"atm(?:os(?:pheres?)?)?|torr|Torr|mm\.? ?(?:of )?Hg|mm ?hg|kPa|"
+    r"atm(?:os(?:pheres?)?)?|torr|Torr|(?:mm|millimeters)\.? ?(?:of )?(?:Hg|mercury)|mm ?hg|atoms?(?= of hydrogen)|kPa|"
     r"MPa|hPa|Pa|kg\.?/cm2|millibar",
-    "other": r"[Nn]eck(?:ed)?|[Aa]ngstr[oö]ms?|MHz|Hz|rpm|nm|W|kW|eV|mesh|stages|cm-1|cm|mm|mμ|μm?|Å|inch(?:es)?",
+    "other": r"[Nn]eck(?:ed)?|A(?= (?:powdered |activated |molecular ))|fractions|revolutions per minute|watts?|"
+    r"[Aa]ngstr[oö]ms?|MHz|Hz|rpm|nm|W|kW|eV|mesh|stages|cm-1|cm|mm|mμ|μm?|Å|inch(?:es)?",
 }  # fmt: skip
 _ORDER: tuple[Kind, ...] = (
     "pressure", "equivalents", "substance", "percent", "mass", "volume", "parts", "other", "time", "temperature",
@@ -120,8 +121,8 @@ _TWICE = re.compile(
 )
 _BETWEEN = re.compile(r"(\bbetween [-~]?\d{1,4}(?:\.\d{1,2})?(?: ?° ?C?\.?)?) and (?=[-~]?\d)")
 _PH = re.compile(
-    r"(?<![A-Za-z])pH(?:-value|(?: [A-Za-z.]{1,15}){0,9} (?:to|at|of|about|between|approximately|above|below|is|was|ca\.?"
-    r"|value|reached))?(?: (?:about|approximately|ca\.?|between|around|a value of))? ?(?:of )?[=:]? ?[~<>]?\s?"
+    r"(?<![A-Za-z])pH(?:-value|(?: [A-Za-z.]{1,15}){0,9} (?:to|at|of|about|between|above|below|is|was|value"
+    r"|reached))?(?: (?:about|approximately|ca\.?|between|around|a value of))? ?(?:of )?[=:]? ?[~<>]?\s?"
     r"(\d{1,2}(?:\.\d{1,2})?)(?: {0,2}(?:-|to|and) ?(\d{1,2}(?:\.\d{1,2})?))?",
     re.IGNORECASE,
 )
@@ -323,6 +324,10 @@ _OTHER_SPELLINGS = {
     "mols": "mol",
     "mm.hg": "mmhg",
     "mm.ofhg": "mmhg",
+    "mmofmercury": "mmhg",
+    "millimetersofmercury": "mmhg",
+    "atom": "atm",
+    "atoms": "atm",
     "mmofhg": "mmhg",
     "millibar": "mbar",
     "microliter": "μl",

@@ -237,7 +237,7 @@ def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
     ed = token.low.endswith(_PARTICIPLES) and token.low != "yield"
     if (_is_adjective(at, token.verb) if ed else _is_noun(at)) and not _gives(at):
         return None
-    return at.head(token.verb, place + 1 if token.low in ("take", "taken") and at.after == "up" else None)
+    return at.head(token.verb, place + 1 if token.low in ("take", "taken", "taking") and at.after == "up" else None)
 
 
 def _special(at: _Place) -> Head | None:
@@ -349,11 +349,12 @@ def _is_idle(at: _Place) -> bool:
         (low in ("dry", "combine", "separate") and (named or batch) and not (at.place == 0 and low != "dry"))
         or (low == "provided" and at.after == "with")
         or (low.startswith("weigh") and at.passive)
-        or (low == "take" and at.after != "up")
+        or (low in ("take", "taking") and at.after != "up")
         or (low in ("absorbed", "adsorbed") and at.after not in ("on", "onto", "in", "into"))
         or (low.startswith("pass") and at.after not in ("into", "in", "through"))
         or low in ("sealed", "seal", "fitted", "equipped", "sealing", "prepared")
         or (low in ("boiling", "boil", "boils") and not at.passive)
+        or (low == "separating" and (at.previous == "phase" or at.after in ("funnel", "paper", "cartridge")))
         or (low in _STANDS and at.marker not in ("to", "on", "upon", "after", "for") and at.previous != "and")
         or (low == "reflux" and not _is_refluxed(at))
         or (low in _OBTAINED and (_is_attribute(at) or _is_bought(at)))

@@ -102,7 +102,8 @@ def _fill(draft: ActionDraft, operation: PhrasedOperation) -> None:
         for phrase in stirred:
             phrase.substances = []
     elif head.passive or head.marker not in ("by", "after", "upon", "on", "to", "while"):
-        draft.charge([phrase for phrase in operation.before if phrase.prep in ("", "of", "to", "in", "into")])
+        held = [phrase for phrase in operation.before if phrase.prep in ("", "of", "to", "in", "into")]
+        draft.charge(held, always=not draft.actions)
 
 
 def _holding_verb(operation: PhrasedOperation) -> Verb | None:

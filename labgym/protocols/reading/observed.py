@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from itertools import takewhile
 
 from labgym.protocols.experiments.model import Action, Portion, Verb
 from labgym.protocols.reading.draft import ASIDE, ActionDraft
 from labgym.protocols.reading.lexicon import BATCH, GASES, SOLID, VESSELS
-from labgym.protocols.reading.mentions import CONDITIONS
+from labgym.protocols.reading.mentions import CONDITIONS, MEASURES
 from labgym.protocols.reading.stated import written
 from labgym.protocols.reading.tokens import Token, leaves
 
@@ -23,6 +24,8 @@ _LEAVING: frozenset[Verb] = frozenset((
 ))  # fmt: skip
 """Operations behind which the batch has a mass of its own."""
 _FORMS = (BATCH | SOLID | {"form", "material"}) - VESSELS - {"catalyst", "phase", "layer", "solvent", "reaction"}
+_GAS_WORDS = frozenset(("of", "with", "under", "for", "through", "passing", "by", "in", "slow", "an", "the", "dry"))
+"""Words before a gas that stands above the mixture."""
 _WEIGHED = frozenset(("yield", "yields", "yielded", "wgt.", "wgt", "wt.", "weight", "crop", "collected", "weighed"))
 """Words in whose reach a mass is of the product."""
 _REACHED = re.compile(
@@ -30,6 +33,15 @@ _REACHED = re.compile(
     r"|melt|decompos|crystalli|uptake|evol|absor|turn|becam|becom|appear|lighten|exceeding"
 )
 """Words for what a mixture does by itself."""
+_ELUTING = frozenset(("with", "using", "by", "then", "and", "/", ":", "-", "", "eluent", "eluant", "of", "in", "("))
+"""Words before an eluent."""
+_GIVEN = frozenset((
+    "obtained", "leaving", "leaves", "leave", "left", "crystallizes", "crystallises", "crystallized", "separates",
+    "remains", "form", "formed", "isolated", "precipitates", "results", "had", "recovered",
+))  # fmt: skip
+"""Words with which a text names its product."""
+_SOURCES = frozenset(("by", "from", "with", "in", "and", "after", "using", "to"))
+"""Words behind which a name is no product."""
 REACH = 12
 """Tokens over which a word for what happens governs a figure."""
 
@@ -48,7 +60,7 @@ def place_observed(draft: ActionDraft, tokens: Sequence[Token], token: Token) ->
     if token.low in GASES and token.low not in ("hydrogen", "h2", "air"):
         return _cover(draft, before[-1], tokens, token)
     if token.figure is None:
-        return False
+        return token.kind == "name" and any(rule(draft, before[-1], tokens, token) for rule in _NAMES)
     if token.figure.kind in CONDITIONS:
         return _note(draft, before[-1], tokens, token)
     return token.figure.kind in _RESULTS and _weigh(draft, before[-1], tokens, token)
@@ -56,12 +68,66 @@ def place_observed(draft: ActionDraft, tokens: Sequence[Token], token: Token) ->
 
 def _cover(draft: ActionDraft, place: int, tokens: Sequence[Token], token: Token) -> bool:
     """Set the gas above the mixture, "in a stream of nitrogen", unless it is one of several names."""
-    near = [item for item in tokens if abs(item.start - token.start) < 3 or item.start == token.end + 1]
-    if any(item.kind in ("name", "figure") for item in near if item is not token):
+    at = next((k for k, item in enumerate(tokens) if item is token), 0)
+    beside = {item.kind for item in tokens[at + 1 : at + 2]}
+    if not at or tokens[at - 1].low not in _GAS_WORDS or beside & {"name", "figure", "group"}:
         return False
     if draft.actions[place].atmosphere is None:
         draft.actions[place] = draft.actions[place].model_copy(update={"atmosphere": GASES[token.low]})
     draft.own(token.start, token.end)
+    return True
+
+
+def _run(tokens: Sequence[Token], token: Token) -> tuple[str, int, int, list[Token]]:
+    """Return the word before the name that a token begins, its span, and the tokens behind it."""
+    flat = list(leaves(tokens))
+    at = next(k for k, item in enumerate(flat) if item is token)
+    stop = next((k for k in range(at, len(flat)) if flat[k].kind != "name"), len(flat))
+    return (flat[at - 1].low if at else ""), token.start, flat[stop - 1].end, flat[stop:]
+
+
+def _take(draft: ActionDraft, place: int, start: int, end: int) -> Portion:
+    draft.own(start, end)
+    name = draft.text[start:end][:200]
+    draft.roles.setdefault(name, "solvent" if draft.actions[place].verb == "Add" else "workup")
+    return Portion(name=name, span=(start, end))
+
+
+def _elute(draft: ActionDraft, place: int, tokens: Sequence[Token], token: Token) -> bool:
+    """Add an eluent to the chromatography before it, a liquid to a list of washes, a solvent to its stock solution."""
+    last = draft.actions[place]
+    before, start, end, rest = _run(tokens, token)
+    measured = bool(rest) and rest[0].figure is not None and rest[0].figure.kind in ("mass", "substance")
+    inside = last.span is not None and last.span[0] >= tokens[0].start
+    if measured or not inside:
+        return False
+    if last.verb == "Chromatograph" and before in _ELUTING:
+        more = (*last.takes, _take(draft, place, start, end))
+        draft.actions[place] = last.model_copy(update={"takes": more[:30]})
+    elif last.verb == "Wash" and before == "and":
+        again = Action(verb="Wash", takes=(_take(draft, place, start, end),), span=(start, end), part=last.part)
+        draft.actions.insert(place + 1, again)
+    elif before == "in" and last.takes and re.search(r" of (?:a )?[\d.]+ [M%]", last.takes[-1].amount):
+        more = (*last.takes, _take(draft, place, start, end))
+        draft.actions[place] = last.model_copy(update={"takes": more[:30]})
+    else:
+        return False
+    return True
+
+
+def _result(draft: ActionDraft, place: int, tokens: Sequence[Token], token: Token) -> bool:
+    """Append the product that a sentence without its amount names at its end: "evaporated, leaving the ester"."""
+    _, start, end, rest = _run(tokens, token)
+    ahead = list(takewhile(lambda item: item.low not in _SOURCES, rest))
+    earlier = takewhile(lambda item: item.low not in _SOURCES, reversed([item for item in tokens if item.end < start]))
+    said = next((item.low for item in (*earlier, *ahead) if item.kind == "verb" or item.low in _GIVEN), "")
+    measured = any(item.figure is not None and item.figure.kind in MEASURES for item in leaves(rest))
+    if draft.actions[place].verb not in _LEAVING or measured or said not in _GIVEN:
+        return False
+    gives = (Portion(name=draft.text[start:end][:200], span=(start, end)),)
+    draft.actions.insert(place + 1, Action(verb="Yield", gives=gives, span=(start, end)))
+    draft.product = draft.product or gives[0].name
+    draft.own(start, end)
     return True
 
 
@@ -111,3 +177,7 @@ def _weigh(draft: ActionDraft, place: int, tokens: Sequence[Token], token: Token
     for figure in figures:
         draft.own(figure.start, figure.end, ASIDE)
     return True
+
+
+_NAMES = (_elute, _result)
+"""What a name without an amount may be; the first that knows it decides."""

@@ -48,7 +48,9 @@ _ISOLATING = frozenset((
     "Sublime", "Triturate",
 ))  # fmt: skip
 """Operations with which a procedure may end: they leave a product."""
-REACTING = frozenset(("Cool", "Heat", "Hydrogenate", "Irradiate", "Microwave", "Reflux", "SetTemperature", "Stir", "Wait"))
+REACTING = frozenset(
+    ("Cool", "Heat", "Hydrogenate", "Irradiate", "Microwave", "Reflux", "SetTemperature", "Stir", "Wait")
+)
 """Operations with which a text may end before a product is isolated."""
 _FILLED: frozenset[Verb] = frozenset((
     "Add", "AdjustPH", "Cool", "Dissolve", "Heat", "Hydrogenate", "Irradiate", "MakeSolution", "Microwave", "Quench",
@@ -296,7 +298,8 @@ def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:
     draft.manners = lows(clause.group) & MANNERS.keys()
     begin = len(draft.actions)
     weighed = [item for item in substances(before) or substances(after[:1]) if item.is_measured]
-    if head.low == "collected" and any(not item.weak or "product" in _text(draft, item) for item in weighed):
+    collects = head.low == "collected" or (head.low == "separated" and not head.passive)
+    if collects and any(not item.weak or "product" in _text(draft, item) for item in weighed):
         give(draft, operation)
     else:
         _FRAMES.get(head.word.frame, hold)(draft, operation)
@@ -394,7 +397,7 @@ def _outcome(draft: ActionDraft, missing: Sequence[Unread]) -> Outcome:
         return "refers"
     before = [action for action in draft.actions if action.verb in ("Add", "MakeSolution", "Dissolve", "Hydrogenate")]
     measured = any(_is_measured(portion.amount) for action in before for portion in action.takes)
-    quantities = any(item.why.startswith("amount") for item in missing)
+    quantities = any(item.why.startswith(("amount", "number", "unit")) for item in missing)
     last = next((verb for verb in reversed(verbs) if verb not in ("Analyze", "Wash", "Monitor")), "")
     ends = "Yield" in verbs or last in _ISOLATING or last in REACTING
     is_clear = not (draft.started_with_batch or quantities or draft.doubts)

@@ -37,6 +37,8 @@ _UNWANTED = frozenset((
     "charcoal", "carbon", "urea", "inorganics", "salts",
 ))  # fmt: skip
 """Words for a solid that a filtration takes away."""
+_WET = frozenset(("Extract", "Partition", "Wash"))
+"""Operations behind which two layers are there."""
 _UNDISSOLVED = frozenset(("insolubles", "insoluble", "undissolved"))
 """Words for a solid that may be the product or not."""
 _REMOVING = re.compile(
@@ -179,7 +181,7 @@ def collect(draft: ActionDraft, operation: PhrasedOperation) -> None:
     elif near & LAYERS and is_thrown:
         other = {"organic": "aqueous", "aqueous": "organic"}.get(layer or "")
         draft.act("PhaseSeparation", operation, part=None, keep=other)
-    elif near & (LAYERS | EXTRACTS | {"organics"}):
+    elif near & (LAYERS | EXTRACTS | {"organics"}) or ("fraction" in near and draft.last_verb in _WET):
         note = f"{place} layer" if place else ""
         draft.act("CollectLayer", operation, keep=layer, note=note)
     elif head.low.startswith("decant"):
@@ -188,11 +190,12 @@ def collect(draft: ActionDraft, operation: PhrasedOperation) -> None:
         draft.act("Filter", operation, keep=kept, note="decant", assumed=() if is_named else ("keep",))
     elif near & (SOLID | {"crystal", "product"}):
         _filter(draft, operation)
-    elif near & _LIQUID_BATCHES:
+    elif near & _LIQUID_BATCHES or (head.low in ("separated", "separating") and draft.last_verb in _WET):
         draft.act("CollectLayer" if layer else "PhaseSeparation", operation, part=None, keep=layer)
     elif head.low in ("separated", "separating"):
         _filter(draft, operation)
-        draft.doubt(operation.span, "whether a layer or a solid is separated is not clear")
+        if not near & _UNWANTED:
+            draft.doubt(operation.span, "whether a layer or a solid is separated is not clear")
 
 
 def _is_noted(draft: ActionDraft, operation: PhrasedOperation, near: set[str]) -> bool:

@@ -218,7 +218,7 @@ def _happens(draft: ActionDraft, tokens: Sequence[Token], before: Sequence[str],
     if not draft.actions or (ahead and (ahead[0].figure is not None or _measures(ahead[0]))):
         return False
     words = [token.low for token in ahead if token.kind != "name"]
-    if set(before) & _RESULTING and "added" not in words:
+    if (set(before) & _RESULTING and "added" not in words) or words[:1] in (["obtained"], ["thus"]):
         return True
     return next((word for word in words if word not in _BETWEEN), "") in _HAPPENING
 
