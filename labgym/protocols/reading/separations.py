@@ -71,9 +71,10 @@ def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
         return
     if head.low.startswith(("remov", "elimin", "freed")):
         subject = lows(operation.clause.before) | (set() if head.passive else lows(operation.clause.after[:6]))
-        if head.method and verb == "Filter" and subject & _NOT_SOLVENT:
+        if (head.method and verb == "Filter" and subject & _NOT_SOLVENT) or "catalyst" in subject:
             _filter(draft, operation)
-            return
+            if head.method or not subject & {"solvent", "solvents"}:
+                return
         if not _is_evaporated(draft, operation, subject):
             return
     note = ""

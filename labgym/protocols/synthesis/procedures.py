@@ -212,7 +212,7 @@ def _with_layers(actions: Sequence[Action]) -> list[Action]:
 
 
 def _is_addition(action: Action) -> bool:
-    return action.verb == "Add" and bool(action.takes)
+    return action.verb in ("Add", "Pour") and bool(action.takes)
 
 
 def _with_collected(actions: Sequence[Action]) -> list[Action]:
