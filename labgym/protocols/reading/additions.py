@@ -231,6 +231,7 @@ def treat(draft: ActionDraft, operation: PhrasedOperation) -> None:
             draft.act("Wait", operation)
         return
     if head.low.startswith("convert"):
+        draft.own_names(with_substances(after, "to", "into") if reagents else [])
         reagents = with_substances(after, "with", "using", "by")
     elif head.low.startswith(("react", "treat")):
         reagents = with_substances(after, "with", "in", "of", "using", "containing", "and", "")

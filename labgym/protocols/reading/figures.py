@@ -151,6 +151,7 @@ _NAMED = (
     ),
     (re.compile(r"\b[Dd]ry[- ][Ii]ce(?:(?: ?[-/] ?| in | and )(?:acetone|isopropanol))? bath"), "temperature", -78.0),
     (re.compile(r"\b[Ii]ce(?: ?[-/] ?| and )salt(?: bath)?"), "temperature", -10.0),
+    (re.compile(r"(?<![\d/])\d{1,2}/\d{1,2} 20\d\d(?: \d\d:\d\d(?::\d\d)?(?: [+-]\d{4})?)?\b"), "other", 0.0),
     (re.compile(r"\b(?:overnight|over night|over-night|overnite)\b"), "time", OVERNIGHT_MIN),
 )  # fmt: skip
 _NORMAL = re.compile(r"-(?=(?:hydrochloric|sulfuric|sulphuric|nitric|acetic|sodium|potassium|caustic|HCl|NaOH|KOH)\b)")

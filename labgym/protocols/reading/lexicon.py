@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import lru_cache
 from typing import ClassVar, Literal
 
@@ -132,6 +133,16 @@ _GREEK = re.compile(r"^[α-ωΑ-Ω]")
 _CODE = re.compile(r"^\(?(?:\d{1,3}[a-z]?|[IVX]{1,5}|[A-Z]{1,2}-?\d{1,3}[a-z]?)\)?$")
 
 
+_OFTEN_MISPRINTED = (
+    "acidified", "chromatographed", "collected", "concentrated", "crystallized", "dissolved", "distilled", "evaporated",
+    "extracted", "filtered", "neutralized", "obtained", "partitioned", "precipitated", "purified", "recrystallized",
+    "refluxed", "separated", "stirred", "suspended", "transferred", "triturated",
+)  # fmt: skip
+"""Participles of which misprints are read."""
+LEAST_LIKENESS = 0.88
+"""Least ratio of `difflib` between a misprint and its participle."""
+
+
 @lru_cache(maxsize=1)
 def _verb_patterns() -> tuple[tuple[re.Pattern[str], Verb, Frame], ...]:
     return tuple(
@@ -147,6 +158,9 @@ def verb_word(word: str) -> VerbWord | None:
     for pattern, verb, frame in _verb_patterns():
         if pattern.match(word):
             return VerbWord(verb, frame, word in TABLE.nouns)
+    if len(word) > 6 and word.endswith("ed") and word not in QUALITIES and word not in TABLE.other:
+        near = get_close_matches(word, _OFTEN_MISPRINTED, 1, LEAST_LIKENESS)
+        return verb_word(near[0]) if near and near[0][0] == word[0] else None
     return None
 
 

@@ -21,7 +21,7 @@ from labgym.protocols.reading.mentions import SubstanceMention, TextPhrase
 from labgym.protocols.reading.phrases import read_phrases
 
 _COLUMN = re.compile(
-    r"\b(?:column|silica|chromatograph\w*|hplc|biotage|flash|tlc|spe|combiflash|isco|alumina|sio2)\b", re.IGNORECASE
+    r"\b(?:column|silica|chromatograph\w*|hplc|biotage|flash|tlc|spe|prep(?:lc)?|mplc|combiflash|isco|alumina|sio2)\b", re.IGNORECASE
 )
 _SOLVENTS = frozenset((
     "solvent", "solvents", "volatiles", "solution", "liquor", "components", "excess", "thf", "ether", "ethanol",

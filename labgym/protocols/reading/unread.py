@@ -64,6 +64,8 @@ _HAPPENING = frozenset((
 """Words for what happens by itself to what stands before them."""
 _BETWEEN = frozenset(("so", "thus", "then", "was", "is", "were", "are", "which", "that", "of", "the"))
 """Words between a name and what happens to it: "the salt of the amine, which then precipitated"."""
+_ADDED = frozenset(("added", "introduced", "poured", "used", "with"))
+"""Words behind a name that goes into the vessel."""
 _REMOVED = frozenset(("removed", "replaced", "withdrawn"))
 _COLUMNS = ("column", "columns", "cartridge")
 
@@ -91,7 +93,7 @@ def _is_remark(draft: ActionDraft, tokens: Sequence[Token]) -> bool:
 
     It has no operation, no participle of one and no quantity; the title before the actions has nothing but names.
     """
-    spans = [action.span for action in draft.actions if action.span is not None]
+    spans = [action.span for action in draft.actions if action.span is not None and action.verb != "Analyze"]
     if not spans or not tokens or clauses(tokens):
         return False
     if any(item.figure is not None and item.figure.kind in _CHECKED for item in leaves(tokens)):
@@ -163,7 +165,7 @@ def _own_descriptions(draft: ActionDraft, tokens: Sequence[Token], taken: set[st
     """Own names that describe the batch or repeat a name: "the ether solution", "N-chlorosuccinimide (NCS)"."""
     for before, run, following in _name_runs(tokens):
         describes = following is not None and following.low in LAYERS | EXTRACTS | _BATHS
-        describes = describes or _happens(draft, tokens, before, run)
+        describes = describes or _happens(draft, tokens, before, run) or _is_batch(draft, tokens, before, run)
         if describes or _is_class(before, run, following) or _is_named_again(draft, before, run, following, taken):
             draft.own(_bath_start(tokens, run) if describes else run[0].start, run[-1].end)
     _own_observed(draft, tokens)
@@ -221,6 +223,15 @@ def _happens(draft: ActionDraft, tokens: Sequence[Token], before: Sequence[str],
     if (set(before) & _RESULTING and "added" not in words) or words[:1] in (["obtained"], ["thus"]):
         return True
     return next((word for word in words if word not in _BETWEEN), "") in _HAPPENING
+
+
+def _is_batch(draft: ActionDraft, tokens: Sequence[Token], before: Sequence[str], run: Sequence[Token]) -> bool:
+    """Return whether a name without an amount is of the batch: "the CH2Cl2 solution was washed", "excess A was destroyed"."""
+    place = next(k for k, token in enumerate(tokens) if token is run[-1])
+    ahead = [token.low for token in tokens[place + 1 : place + 5]]
+    solved = bool({"the", "this"} & set(before)) and ahead[:1] == ["solution"]
+    rest = before[-1:] in (["excess"], ["unreacted"]) and ahead[:1] in (["was"], ["is"], ["were"])
+    return bool(draft.actions) and (solved or rest) and not _ADDED & set(ahead) | {"of", "()"} & set(ahead[:2])
 
 
 def _own_shares(draft: ActionDraft, tokens: Sequence[Token]) -> None:
