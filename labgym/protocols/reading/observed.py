@@ -33,6 +33,8 @@ _REACHED = re.compile(
     r"|melt|decompos|crystalli|uptake|evol|absor|turn|becam|becom|appear|lighten|exceeding"
 )
 """Words for what a mixture does by itself."""
+_MIXING: frozenset[Verb] = frozenset(("Chromatograph", "Crystallize", "Recrystallize"))
+"""Operations of which a bracket names a liquid or a solid that they use."""
 _ELUTING = frozenset(("with", "using", "by", "then", "and", "/", ":", "-", "", "eluent", "eluant", "of", "in", "("))
 """Words before an eluent."""
 _GIVEN = frozenset((
@@ -101,7 +103,8 @@ def _elute(draft: ActionDraft, place: int, tokens: Sequence[Token], token: Token
     inside = last.span is not None and last.span[0] >= tokens[0].start
     if measured or not inside:
         return False
-    if last.verb == "Chromatograph" and before in _ELUTING:
+    bracketed = last.verb in _MIXING and any(token in item.inner for item in tokens)
+    if bracketed or (last.verb == "Chromatograph" and before in _ELUTING):
         more = (*last.takes, _take(draft, place, start, end))
         draft.actions[place] = last.model_copy(update={"takes": more[:30]})
     elif last.verb == "Wash" and before == "and":

@@ -64,6 +64,8 @@ _HAPPENING = frozenset((
 """Words for what happens by itself to what stands before them."""
 _BETWEEN = frozenset(("so", "thus", "then", "was", "is", "were", "are", "which", "that", "of", "the"))
 """Words between a name and what happens to it: "the salt of the amine, which then precipitated"."""
+_TAKING = frozenset(("solvent", "eluent", "eluant", "some", "containing", "with", "plus", "using", "few"))
+"""Words with which a bracket begins that holds something that is used."""
 _ADDED = frozenset(("added", "introduced", "poured", "used", "with"))
 """Words behind a name that goes into the vessel."""
 _REMOVED = frozenset(("removed", "replaced", "withdrawn"))
@@ -178,8 +180,9 @@ def _own_descriptions(draft: ActionDraft, tokens: Sequence[Token], taken: set[st
         is_column = token.low in ("silica", "gel", "alumina") and following.low in _COLUMNS
         if is_column and any(action.verb == "Chromatograph" for action in draft.actions):
             _own_column(draft, tokens, token)
-        inner = [item for item in following.inner if item.kind not in ("mark", "figure")]
+        inner = [item for item in following.inner if item.kind != "mark"]
         abbreviates = len(inner) == 1 and inner[0].kind == "name" and len(inner[0].text) <= MAX_ABBREVIATION
+        abbreviates = abbreviates and not inner[0].text.islower()
         if following.kind == "group" and abbreviates and draft.owned[token.end - 1]:
             draft.own(inner[0].start, inner[0].end)
 
@@ -188,7 +191,7 @@ def _is_comment(group: Token) -> bool:
     """Return whether a bracket without a figure comments on what stands before it: "(gummy in ether)"."""
     first, *rest = group.inner or (group,)
     names = [item for item in rest if item.kind == "name"]
-    comments = first.kind == "word" and not first.low.startswith("prewash") and first.low not in QUALITIES
+    comments = first.kind == "word" and first.low not in QUALITIES | _TAKING and not first.low.startswith("prewash")
     return bool(names) and comments and all(item.figure is None for item in leaves(group.inner))
 
 
