@@ -56,6 +56,7 @@ _RUN = ("run", "carried", "conducted", "performed")
 """Words that say that a reaction goes on."""
 _PAIRS = {
     ("reaction", "of"): VerbWord("Add", "with", True),
+    ("dropped", "into"): VerbWord("Add", "theme"),
     **{("weighed", word): VerbWord("Add", "theme") for word in ("out", "in", "into")},
 }
 """Words that name an operation by the word behind them; nouns at the begin of a sentence."""
@@ -208,6 +209,7 @@ def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
         "make",
         "rendered",
         "reaction",
+        "dropped",
         *_RUN,
     ):
         return None

@@ -37,6 +37,7 @@ _MIXING: frozenset[Verb] = frozenset(("Chromatograph", "Crystallize", "Recrystal
 """Operations of which a bracket names a liquid or a solid that they use."""
 _ELUTING = frozenset(("with", "using", "by", "then", "and", "/", ":", "-", "", "eluent", "eluant", "of", "in", "("))
 """Words before an eluent."""
+_STRONG = re.compile(r"[\d.]+ ?[mn]$")
 _GIVEN = frozenset((
     "obtained", "leaving", "leaves", "leave", "left", "crystallizes", "crystallises", "crystallized", "separates",
     "remains", "form", "formed", "isolated", "precipitates", "results", "had", "recovered",
@@ -110,7 +111,7 @@ def _elute(draft: ActionDraft, place: int, tokens: Sequence[Token], token: Token
     elif last.verb == "Wash" and before == "and":
         again = Action(verb="Wash", takes=(_take(draft, place, start, end),), span=(start, end), part=last.part)
         draft.actions.insert(place + 1, again)
-    elif before == "in" and last.takes and re.search(r" of (?:a )?[\d.]+ [M%]", last.takes[-1].amount):
+    elif (before == "in" or _STRONG.match(before)) and last.takes and re.search(r" of (?:a )?[\d.]+ [M%]", last.takes[-1].amount):
         more = (*last.takes, _take(draft, place, start, end))
         draft.actions[place] = last.model_copy(update={"takes": more[:30]})
     else:

@@ -36,8 +36,8 @@ _CLASSES = frozenset((
 _RESULTING = frozenset((
     "resulting", "resultant", "residual", "desired", "crude", "corresponding", "formed", "title", "obtained",
 ))  # fmt: skip
-_DEFINITE = frozenset(("the", "this", "all", "excess", "unreacted", "remaining", "residual", "any", "unconsumed"))
-"""Words before a name that was there before."""
+_REMAINING = frozenset(("excess", "unreacted", "remaining", "residual", "any", "unconsumed"))
+"""Words before the name of what was taken before."""
 _BATHS = frozenset((
     "bath", "baths", "addition", "evolution", "uptake", "absorption", "derivative", "tube", "foil", "chest", "tower",
     "trap", "separator", "condenser", "funnel", "balloon", "stream", "blanket", "line",
@@ -181,7 +181,8 @@ def _own_descriptions(draft: ActionDraft, tokens: Sequence[Token], taken: set[st
         if is_column and any(action.verb == "Chromatograph" for action in draft.actions):
             _own_column(draft, tokens, token)
         inner = [item for item in following.inner if item.kind != "mark"]
-        abbreviates = len(inner) == 1 and inner[0].kind == "name" and len(inner[0].text) <= MAX_ABBREVIATION
+        alone = len(inner) == 1 or (_weighs(following) and all(item.figure is not None for item in inner[1:]))
+        abbreviates = bool(inner) and alone and inner[0].kind == "name" and len(inner[0].text) <= MAX_ABBREVIATION
         abbreviates = abbreviates and not inner[0].text.islower()
         if following.kind == "group" and abbreviates and draft.owned[token.end - 1]:
             draft.own(inner[0].start, inner[0].end)
@@ -261,7 +262,8 @@ def _is_named_again(
     known = name == "catalyst" or name in names or name in {item.split()[-1] for item in names if item}
     solved = following is not None and following.low in SOLUTIONS
     measured = following is not None and (following.figure is not None or (following.kind == "group" and not solved))
-    return known and not measured and (solved or bool(_DEFINITE & set(before)))
+    definite = bool({"the", "this", "all"} & set(before)) or bool(_REMAINING & set(before[-1:]))
+    return known and not measured and (solved or definite)
 
 
 def _own_observed(draft: ActionDraft, tokens: Sequence[Token]) -> None:
@@ -315,6 +317,11 @@ def _is_numbering(before: Token | None, number: Token) -> bool:
     inside = before is not None and before.end > number.start
     closed = before is not None and before.kind == "group" and not (inside and "." in number.text)
     return before is None or before.kind in ("name", "mark") or closed or named
+
+
+def _weighs(token: Token) -> bool:
+    """Return whether a bracket has a mass or an amount of substance."""
+    return any(item.figure is not None and item.figure.kind in ("mass", "substance") for item in token.inner)
 
 
 def _measures(token: Token) -> bool:
