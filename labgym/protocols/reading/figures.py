@@ -85,7 +85,8 @@ _SPOKEN = re.compile(
     r"eight|nine|ten|eleven|twelve|(?:thir|four|fif|six|seven|eigh|nine)teen|twenty|thirty|forty|fifty|sixty|"
     r"(?:one|a) hundred)(?: (?:and (?:a|one)[- ]half|to (?P<to>two|three|"
     r"four|five|six|ten)|more|additional))?"
-    r" (?:(?P<mass>grams?|milligrams?|kilograms?|pounds?)|(?P<volume>drops?|milliliters?|millilitres?|liters?|litres?)|"
+    r" (?:(?P<mass>grams?|milligrams?|kilograms?|pounds?|g)|(?P<volume>drops?|milliliters?|millilitres?|liters?|"
+    r"litres?|ml)|"
     r"(?P<equivalents>equivalents?|equiv)|(?P<substance>m?moles?|mmol)|(?P<time>hours?|hrs?|minutes?|"
     r"min|days?|weeks?|seconds?))(?![A-Za-z])",
     re.IGNORECASE,

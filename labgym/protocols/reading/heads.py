@@ -351,7 +351,7 @@ def _is_idle(at: _Place) -> bool:
         (low in ("dry", "combine", "separate") and (named or batch) and not (at.place == 0 and low != "dry"))
         or (low == "provided" and at.after == "with")
         or (low.startswith("weigh") and at.passive)
-        or (low in ("take", "taking") and at.after != "up")
+        or (low in ("take", "taking") and not any(item.low == "up" for item in at.tokens[at.place : at.place + 9]))
         or (low in ("absorbed", "adsorbed") and at.after not in ("on", "onto", "in", "into"))
         or (low.startswith("pass") and at.after not in ("into", "in", "through"))
         or low in ("sealed", "seal", "fitted", "equipped", "sealing", "prepared")
@@ -423,7 +423,7 @@ def _is_adjective(at: _Place, word: VerbWord) -> bool:
     following = at.following
     if at.passive or following is None:
         return False
-    if at.place == 0 and following.kind != "word" and not any(item.low in AUXILIARIES for item in at.tokens):
+    if at.place == 0 and not any(item.low in AUXILIARIES for item in at.tokens):
         return False
     noun = (
         following.kind == "name"

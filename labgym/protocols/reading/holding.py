@@ -44,6 +44,10 @@ def hold(draft: ActionDraft, operation: PhrasedOperation) -> None:
     fields: dict[str, Any] = {"atmosphere": _purging_gas(draft, operation)} if verb == "Purge" else {}
     if verb == "Wait" and not held and head.low in ("left", "let", "leave", "leaving", "continued"):
         return
+    agents = with_substances(operation.after, "over")
+    if verb == "Stir" and agents and draft.last_verb in ("Wash", "Extract", "CollectLayer"):
+        draft.act("DrySolution", operation, draft.portions(agents))
+        return
     _add(draft, operation, verb)
     if verb == "AdjustPH":
         fields["takes"] = draft.portions(with_substances(operation.after, "with", "by", "using", "of"))

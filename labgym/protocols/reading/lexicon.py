@@ -127,7 +127,18 @@ _OXIDATION = re.compile(r"(?<=[a-z)])\((?:0|I{1,3}|IV|V|VI)\)$", re.IGNORECASE)
 _NOTEBOOK = re.compile(r"^[A-Z]{2,6}\d{0,4}-\d{4,}(?:-\d{1,4}){0,3}$")
 """The number of a page in a laboratory notebook: "PBO-01132-93-01"."""
 _NECKED = re.compile(r"^(?:\d|two|three|four)-neck(?:ed)?$", re.IGNORECASE)
-_HYPHENED = ("-filled", "-flushed", "-purged", "-free", "-washed", "-containing", "-based", "-cooled", "-lined", "-separator")
+_HYPHENED = (
+    "-filled",
+    "-flushed",
+    "-purged",
+    "-free",
+    "-washed",
+    "-containing",
+    "-based",
+    "-cooled",
+    "-lined",
+    "-separator",
+)
 """Ends of adjectives that begin with a name: "argon-filled"."""
 _GREEK = re.compile(r"^[α-ωΑ-Ω]")
 _CODE = re.compile(r"^\(?(?:\d{1,3}[a-z]?|[IVX]{1,5}|[A-Z]{1,2}-?\d{1,3}[a-z]?)\)?$")

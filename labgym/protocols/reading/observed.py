@@ -37,6 +37,7 @@ _MIXING: frozenset[Verb] = frozenset(("Chromatograph", "Crystallize", "Recrystal
 """Operations of which a bracket names a liquid or a solid that they use."""
 _ELUTING = frozenset(("with", "using", "by", "then", "and", "/", ":", "-", "", "eluent", "eluant", "of", "in", "("))
 """Words before an eluent."""
+_SHARE = re.compile(r"[\d.]+(?:[:/-][\d.]+)*%?$")
 _STRONG = re.compile(r"[\d.]+ ?[mn]$")
 _GIVEN = frozenset((
     "obtained", "leaving", "leaves", "leave", "left", "crystallizes", "crystallises", "crystallized", "separates",
@@ -58,6 +59,8 @@ def place_observed(draft: ActionDraft, tokens: Sequence[Token], token: Token) ->
         token: a figure or a name that no action owns.
     """
     before = [k for k, action in enumerate(draft.actions) if action.span is not None and action.span[0] <= token.start]
+    if token.kind == "name" and draft.actions and _prewash(draft, tokens, token):
+        return True
     if not before:
         return False
     if token.low in GASES and token.low not in ("hydrogen", "h2", "air"):
@@ -105,17 +108,38 @@ def _elute(draft: ActionDraft, place: int, tokens: Sequence[Token], token: Token
     if measured or not inside:
         return False
     bracketed = last.verb in _MIXING and any(token in item.inner for item in tokens)
-    if bracketed or (last.verb == "Chromatograph" and before in _ELUTING):
+    if bracketed or (last.verb == "Chromatograph" and (before in _ELUTING or _SHARE.match(before))):
         more = (*last.takes, _take(draft, place, start, end))
         draft.actions[place] = last.model_copy(update={"takes": more[:30]})
     elif last.verb == "Wash" and before == "and":
         again = Action(verb="Wash", takes=(_take(draft, place, start, end),), span=(start, end), part=last.part)
         draft.actions.insert(place + 1, again)
-    elif (before == "in" or _STRONG.match(before)) and last.takes and re.search(r" of (?:a )?[\d.]+ [M%]", last.takes[-1].amount):
+    elif (
+        (before == "in" or _STRONG.match(before))
+        and last.takes
+        and re.search(r" of (?:a )?[\d.]+ [M%]", last.takes[-1].amount)
+    ):
         more = (*last.takes, _take(draft, place, start, end))
         draft.actions[place] = last.model_copy(update={"takes": more[:30]})
     else:
         return False
+    return True
+
+
+def _prewash(draft: ActionDraft, tokens: Sequence[Token], token: Token) -> bool:
+    """Insert the wash of a solid before it is used: "sodium hydride (80 mg, prewashed with hexane)"."""
+    group = next((item for item in tokens if token in item.inner), None)
+    if group is None or not any(item.low.startswith(("prewash", "pre-wash")) for item in group.inner):
+        return False
+    _, start, end, _ = _run(tokens, token)
+    spans = [[part.span for part in action.takes if part.span] for action in draft.actions]
+    near = [(group.start - span[1], k) for k, part in enumerate(spans) for span in part if span[1] <= group.start]
+    if not near:
+        return False
+    at = min(near)[1]
+    solid = draft.actions[at].takes[0].name
+    washed = Action(verb="Wash", takes=(_take(draft, at, start, end),), span=(start, end), note=f"of {solid} alone")
+    draft.actions.insert(at, washed)
     return True
 
 
@@ -161,7 +185,8 @@ def _annotate(draft: ActionDraft, place: int, text: str) -> None:
 
 def _weigh(draft: ActionDraft, place: int, tokens: Sequence[Token], token: Token) -> bool:
     """Append the result that a mass behind a word for the batch tells: "in the form of a white solid (3.4 g, 80%)"."""
-    if draft.actions[place].verb not in _LEAVING:
+    coming = draft.actions[place + 1].verb if place + 1 < len(draft.actions) else ""
+    if draft.actions[place].verb not in _LEAVING and coming != "Filter":
         return False
     at = next((k for k, item in enumerate(tokens) if item.start <= token.start < item.end), 0)
     inner = tokens[at].inner if tokens[at].kind == "group" else (tokens[at],)

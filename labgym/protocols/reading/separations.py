@@ -21,7 +21,8 @@ from labgym.protocols.reading.mentions import SubstanceMention, TextPhrase
 from labgym.protocols.reading.phrases import read_phrases
 
 _COLUMN = re.compile(
-    r"\b(?:column|silica|chromatograph\w*|hplc|biotage|flash|tlc|spe|prep(?:lc)?|mplc|combiflash|isco|alumina|sio2)\b", re.IGNORECASE
+    r"\b(?:column|silica|chromatograph\w*|hplc|biotage|flash|tlc|spe|prep(?:lc)?|mplc|combiflash|isco|alumina|sio2)\b",
+    re.IGNORECASE,
 )
 _SOLVENTS = frozenset((
     "solvent", "solvents", "volatiles", "solution", "liquor", "components", "excess", "thf", "ether", "ethanol",
@@ -71,10 +72,8 @@ def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
         return
     if head.low.startswith(("remov", "elimin", "freed")):
         subject = lows(operation.clause.before) | (set() if head.passive else lows(operation.clause.after[:6]))
-        if (head.method and verb == "Filter" and subject & _NOT_SOLVENT) or "catalyst" in subject:
-            _filter(draft, operation)
-            if head.method or not subject & {"solvent", "solvents"}:
-                return
+        if _is_filtered_off(draft, operation, subject):
+            return
         if not _is_evaporated(draft, operation, subject):
             return
     note = ""
@@ -96,6 +95,16 @@ def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
         draft.last_solid = False
         draft.act(verb, operation, takes, note=note or _reached(draft, operation))
         _leave(draft, after)
+
+
+def _is_filtered_off(draft: ActionDraft, operation: PhrasedOperation, subject: set[str]) -> bool:
+    """Append the filtration that removes a solid, and return whether that is all: "after removal of the catalyst"."""
+    method = operation.verb == "Filter" and operation.head.method != ""
+    alone = "catalyst" in subject and draft.last_verb != "Filter"
+    if not alone and not (method and subject & _NOT_SOLVENT):
+        return False
+    _filter(draft, operation)
+    return method or not subject & {"solvent", "solvents"}
 
 
 def _leave(draft: ActionDraft, phrases: Sequence[TextPhrase]) -> None:

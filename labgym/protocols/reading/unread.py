@@ -40,7 +40,7 @@ _REMAINING = frozenset(("excess", "unreacted", "remaining", "residual", "any", "
 """Words before the name of what was taken before."""
 _BATHS = frozenset((
     "bath", "baths", "addition", "evolution", "uptake", "absorption", "derivative", "tube", "foil", "chest", "tower",
-    "trap", "separator", "condenser", "funnel", "balloon", "stream", "blanket", "line",
+    "trap", "separator", "condenser", "funnel", "balloon", "stream", "blanket", "line", "lamp", "aspirator",
 ))  # fmt: skip
 """Nouns before which a name says what a bath or a device holds, repeats what was added, or is a gas or a class."""
 MAX_ABBREVIATION = 8
@@ -230,10 +230,11 @@ def _happens(draft: ActionDraft, tokens: Sequence[Token], before: Sequence[str],
 
 
 def _is_batch(draft: ActionDraft, tokens: Sequence[Token], before: Sequence[str], run: Sequence[Token]) -> bool:
-    """Return whether a name without an amount is of the batch: "the CH2Cl2 solution was washed", "excess A was destroyed"."""
+    """Return whether a name without an amount is of the batch: "the CH2Cl2 solution", "excess A was destroyed"."""
     place = next(k for k, token in enumerate(tokens) if token is run[-1])
     ahead = [token.low for token in tokens[place + 1 : place + 5]]
-    solved = bool({"the", "this"} & set(before)) and ahead[:1] == ["solution"]
+    definite = bool({"the", "this"} & {token.low for token in tokens[max(0, place - len(run) - 4) : place]})
+    solved = definite and ahead[:1] in (["solution"], ["mixture"], ["suspension"])
     rest = before[-1:] in (["excess"], ["unreacted"]) and ahead[:1] in (["was"], ["is"], ["were"])
     return bool(draft.actions) and (solved or rest) and not _ADDED & set(ahead) | {"of", "()"} & set(ahead[:2])
 
@@ -263,7 +264,7 @@ def _is_named_again(
     solved = following is not None and following.low in SOLUTIONS
     measured = following is not None and (following.figure is not None or (following.kind == "group" and not solved))
     definite = bool({"the", "this", "all"} & set(before)) or bool(_REMAINING & set(before[-1:]))
-    return known and not measured and (solved or definite)
+    return known and not measured and (solved or definite or name == "catalyst")
 
 
 def _own_observed(draft: ActionDraft, tokens: Sequence[Token]) -> None:
