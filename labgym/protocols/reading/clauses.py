@@ -180,8 +180,9 @@ def _break_before(tokens: Sequence[Token], k: int, stop: int) -> int:
     """Return the index behind the last break before a place, or `stop`."""
     place = k - 1
     while place >= stop:
-        ended = tokens[place].kind == "figure" and tokens[place].text.endswith(".") and place + 1 < len(tokens)
-        if ended and tokens[place + 1].low in DETERMINERS:
+        figure = tokens[place].figure
+        held = figure is not None and figure.kind in ("temperature", "time") and place + 1 < len(tokens)
+        if held and tokens[place + 1].low in DETERMINERS:
             return place + 1
         if tokens[place].low in _BREAKS and not _joins(tokens, place):
             return place + 1

@@ -193,6 +193,8 @@ def _goes_on(draft: PhraseDraft, place: int) -> bool:
 
 def _bracket(draft: PhraseDraft, place: int, token: Token) -> None:
     """Read a bracket: an oxidation state, which is a part of the name before it, a source, or anything else."""
+    if place <= draft.skip:
+        return
     if place == 0 and token.inner and token.inner[0].low == "from":
         draft.open("from", token.start)
         draft.phrase.substances += [item for part in read_phrases(token.inner) for item in part.substances]

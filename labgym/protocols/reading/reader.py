@@ -336,7 +336,12 @@ def _add_rest(draft: ActionDraft, operation: PhrasedOperation, begin: int) -> No
     """
     tokens = (*operation.clause.before, *operation.clause.group, *operation.clause.after)
     rest = [item for item in substances(operation.phrases) if not draft.owned[item.start]]
-    measured = [item for item in rest if item.is_measured and _text(draft, item).split()[0] not in STATIONARY]
+    filled = [item for item in rest if item.is_measured and _text(draft, item).split()[0] not in STATIONARY]
+    measured = [
+        item
+        for before, item in zip([None, *rest], rest, strict=False)
+        if item in filled or (item.solvent and before in filled)
+    ]
     named = [item for phrase in operation.after if phrase.prep for item in phrase.substances if item in rest]
     if operation.verb in _FILLED and measured and not lows(tokens) & _GAINED:
         takes = tuple(draft.portion(item) for item in measured)[:30]

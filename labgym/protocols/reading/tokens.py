@@ -327,7 +327,7 @@ def _is_measured_before(part: Sequence[Token], follows: Token) -> bool:
 
 
 def _begins_with_number(token: Token) -> bool:
-    weighed = token.figure is not None and token.figure.kind in ("mass", "volume")
+    weighed = token.figure is not None and token.figure.kind in ("mass", "volume", "molarity")
     return (token.kind == "name" or weighed) and token.text[:1].isdigit()
 
 

@@ -32,6 +32,8 @@ _LEAD_SALTS = frozenset(("acetate", "azide", "carbonate", "chloride", "iodide", 
 _DEVICES = frozenset((
     "condenser", "funnel", "inlet", "mantle", "separator", "stirrer", "syringe", "thermometer", "trap", "tube",
 ))  # fmt: skip
+_HOLDING = (["of"], ["containing"])
+"""What stands behind the volume of a solution: "a solution (4 mL) of HCl in ether"."""
 _TAILS = _NAME_TAILS | frozenset(
     ("example", "step", "formula", "free", "base", "charcoal", "catalyst", "oil", "powder", "solid")
 )
@@ -199,6 +201,12 @@ def _solution_noun(draft: PhraseDraft, word: Word) -> bool:
     if draft.last is not None and phrase.solution is None and [item.low for item in ahead] == ["()", "of"]:
         if not draft.separated and not draft.last.is_measured:
             draft.last.solvent, phrase.solution = True, word.token
+            return True
+    if draft.last is None and phrase.solution is None and ahead and [item.low for item in ahead[1:]] in _HOLDING:
+        volumes = [item.figure for item in ahead[0].inner if item.figure is not None]
+        if len(volumes) == len(ahead[0].inner) == 1 and volumes[0].kind == "volume":
+            phrase.solution, draft.skip = word.token, word.place + 1
+            draft.solution_amounts += volumes
             return True
     if (word.after == "()" and phrase.solution is None and not phrase.substances) or draft.last is None:
         phrase.nouns.append(word.token.low)
