@@ -234,7 +234,8 @@ def _numbered(text: str) -> Iterator[QuantitySpan]:
         end, high = match.end(), match["high"]
         gap = 2 if text[end : end + 2] == "  " else text[end : end + 1] in (" ", "-")
         unit = _UNIT_AT.match(text, end + gap)
-        if unit is None and high is not None:
+        apart = bool(match["inner"]) and unit is not None and unit.lastgroup != "temperature"
+        if (unit is None or apart) and high is not None:
             # The second number may belong to something else: read the first alone, then go on behind it.
             end = max(match.end("inner"), match.end("power"), match.end("low"))
             at, high = end, None

@@ -311,7 +311,7 @@ def _is_useful_noun(at: _Place) -> bool:
         done = ahead[:1] in (["carried"], ["effected"], ["performed"])
         return at.after in ("was", "is", "were") and done and low not in ("chromatographic", "addition")
     before = [item.low for item in at.tokens[max(0, at.place - 3) : at.place]]
-    if before[1:] in (["without", "further"], ["no", "further"], ["without", "additional"]):
+    if "without" in before or before[1:] == ["no", "further"]:
         return False
     if before[1:] == ["of", "the"] and before[0] in ("completion", "end", "course", "conclusion"):
         return False

@@ -16,7 +16,7 @@ from labgym.protocols.reading.lexicon import (
 )
 from labgym.protocols.reading.mentions import CONDITIONS, STRENGTHS, PhraseDraft, SubstanceMention, TextPhrase
 from labgym.protocols.reading.tokens import Token
-from labgym.protocols.reading.words import read_word
+from labgym.protocols.reading.words import DEVICES, read_word
 
 _LISTING = frozenset(
     ("", "to", "with", "of", "in", "from", "between", "into", "over", "by", "using", "onto", "through")
@@ -113,10 +113,8 @@ def _name(draft: PhraseDraft, place: int, token: Token) -> None:
         draft.phrase.words.append(GASES[token.low])
         draft.phrase.remarks.append((token.start, token.end))
         draft.adjacent = False
-    elif token.low in GASES and after in ("inlet", "line", "bubbler", "balloon"):
+    elif (token.low in GASES and after in ("inlet", "line", "bubbler", "balloon")) or (token.low == "ice" and after in ("bath", "cooling")) or (after in DEVICES and draft.is_separate(place)):
         draft.phrase.remarks.append((token.start, token.end))
-    elif token.low == "ice" and after in ("bath", "cooling"):
-        return
     elif token.low in SOLVENT_ADJECTIVES or token.low in QUALITIES:
         read_word(draft, place, token)
     else:

@@ -29,7 +29,7 @@ _SUPPORTS = frozenset(
 )
 _NAME_TAILS = frozenset(("gel", "earth", "ester", "salt", "dust", "reagent", "sieves"))
 _LEAD_SALTS = frozenset(("acetate", "azide", "carbonate", "chloride", "iodide", "nitrate", "oxide", "sulfate"))
-_DEVICES = frozenset((
+DEVICES = frozenset((
     "condenser", "funnel", "inlet", "mantle", "separator", "stirrer", "syringe", "thermometer", "trap", "tube",
 ))  # fmt: skip
 _HOLDING = (["of"], ["containing"])
@@ -124,7 +124,7 @@ def _equipment(draft: PhraseDraft, word: Word) -> bool:
 
 def _is_device(tokens: Sequence[Token]) -> bool:
     """Return whether tokens name a further part of an apparatus: "and a water separator"."""
-    named = any(token.kind == "name" for token in tokens) and not _DEVICES & {token.low for token in tokens}
+    named = any(token.kind == "name" for token in tokens) and not DEVICES & {token.low for token in tokens}
     return bool(tokens) and not named and not any(token.kind in ("figure", "group") for token in tokens)
 
 
