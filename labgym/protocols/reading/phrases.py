@@ -113,7 +113,11 @@ def _name(draft: PhraseDraft, place: int, token: Token) -> None:
         draft.phrase.words.append(GASES[token.low])
         draft.phrase.remarks.append((token.start, token.end))
         draft.adjacent = False
-    elif (token.low in GASES and after in ("inlet", "line", "bubbler", "balloon")) or (token.low == "ice" and after in ("bath", "cooling")) or (after in DEVICES and draft.is_separate(place)):
+    elif (
+        (token.low in GASES and after in ("inlet", "line", "bubbler", "balloon"))
+        or (token.low == "ice" and after in ("bath", "cooling"))
+        or (after in DEVICES and draft.is_separate(place))
+    ):
         draft.phrase.remarks.append((token.start, token.end))
     elif token.low in SOLVENT_ADJECTIVES or token.low in QUALITIES:
         read_word(draft, place, token)
