@@ -63,6 +63,8 @@ _PAIRS = {
 _PADS = frozenset((
     "pad", "plug", "bed", "silica", "celite", "celite®", "alumina", "filter", "frit", "cotton", "norite", "florisil",
 ))  # fmt: skip
+_DRIED_IN = frozenset(("air", "vacuum", "oven", "suction"))
+"""Words before "dried" that say how."""
 _STANDS = frozenset(("stand", "stands", "standing"))
 _NOUN_PARTNERS = frozenset((
     "was", "is", "process", "were", "apparatus", "flask", "column", "funnel", "step", "time", "rate", "solvent",
@@ -434,7 +436,7 @@ def _is_adjective(at: _Place, word: VerbWord) -> bool:
     )
     determined = at.previous in DETERMINERS or at.previous in QUALITIES
     if at.low.endswith("ing"):
-        return noun and determined
+        return noun and (at.previous in DETERMINERS or (determined and word.verb != "Yield"))
     listed = at.previous in ("and", ",")
     begun = (
         determined
@@ -485,7 +487,7 @@ def _group(tokens: Sequence[Token], place: int) -> tuple[int, bool, str]:
         low = tokens[k].low
         if low in AUXILIARIES or low in ("being",):
             passive = True
-        elif low in _SKIPPED_ADVERBS or (low in QUALITIES and low.endswith("ly")):
+        elif low in _SKIPPED_ADVERBS or (low in QUALITIES and low.endswith("ly")) or (tokens[place].low == "dried" and k == place - 1 and low in _DRIED_IN):
             pass
         else:
             break

@@ -280,7 +280,8 @@ def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:
     for phrase in operation.phrases:
         for remark in phrase.remarks:
             draft.own(*remark)
-    nouns = {noun for phrase in before if VESSELS.isdisjoint(phrase.nouns) for noun in phrase.nouns}
+    nouns = {noun for phrase in before if VESSELS.isdisjoint(phrase.nouns) for noun in phrase.nouns} - {"apparatus"}
+    nouns = set() if any(phrase.prep == "of" and phrase.is_measured for phrase in after) else nouns
     made = head.marker in ("by", "via", "through")
     if is_first and not draft.actions and nouns and not substances(before) and not made:
         draft.started_with_batch = True

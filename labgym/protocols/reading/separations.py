@@ -257,7 +257,7 @@ def _dry(draft: ActionDraft, operation: PhrasedOperation) -> None:
     if operation.head.marker == "after" and not agents and draft.last_verb in ("DrySolution", "DrySolid"):
         return
     before = lows(operation.clause.before)
-    words = before | lows(operation.clause.after)
+    words = before | lows((*operation.clause.group, *operation.clause.after))
     heated = any(item.kind in ("temperature", "pressure") for item in operation.conditions)
     airy = bool(words & _DRYING) or "-" in operation.head.low
     solid = draft.last_solid or bool(before & (SOLID | {"residue", "foam", "powder"}))

@@ -78,9 +78,10 @@ _REPRINTED = (
 )
 """Slips of printed names with their systematic spelling: "[1.4]benzoxazine", "tert.butyl", "amine.HCl"."""
 _MORPHEMES = (
-    "aluminum", "benzylidene", "benzyloxy", "bromide", "carbodiimide", "carbonyl", "carboxy", "carboxylic", "chloride", "chloro", "cyclohex", "disilazide", "cyclopent",
-    "fluoride", "fluoro", "hydrochlor", "hydroxy", "imidazol", "methoxy", "methylsilyl", "methylthio", "morpholin",
-    "phenoxy", "piperazin", "piperidin", "pyrrolidin", "silyloxy",
+    "aluminum", "benzylidene", "benzyloxy", "bromide", "carbodiimide", "carbonyl", "carboxy", "carboxylic",
+    "chloride", "chloro", "cyclohex", "cyclopent", "disilazide", "fluoride", "fluoro", "hydrochlor", "hydroxy",
+    "imidazol", "methoxy", "methylsilyl", "methylthio", "morpholin", "phenoxy", "piperazin", "piperidin",
+    "pyrrolidin", "silyloxy",
 )  # fmt: skip
 """Parts of names of which misprints with a letter that is left out, doubled or swapped with the next are known."""
 _LABEL = re.compile(
