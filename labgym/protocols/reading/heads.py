@@ -487,9 +487,11 @@ def _group(tokens: Sequence[Token], place: int) -> tuple[int, bool, str]:
         low = tokens[k].low
         if low in AUXILIARIES or low in ("being",):
             passive = True
-        elif low in _SKIPPED_ADVERBS or (low in QUALITIES and low.endswith("ly")) or (tokens[place].low == "dried" and k == place - 1 and low in _DRIED_IN):
-            pass
-        else:
+        elif not (
+            low in _SKIPPED_ADVERBS
+            or (low in QUALITIES and low.endswith("ly"))
+            or (low in _DRIED_IN and tokens[k + 1].low == "dried")
+        ):
             break
         k -= 1
     low = tokens[k].low if k >= 0 else ""
