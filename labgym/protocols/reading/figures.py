@@ -62,6 +62,7 @@ _UNIT = {
     "time": r"(?:(?:additional|further|more) )?(?:hours?|hrs?|min(?:ute)?s?|days?)|h|seconds?|secs?|sec|s|d|weeks?|wk",
     "pressure": r"mbar|bars?|psig?|psia|p\.s\.i\.?|pounds per square inch|"
     r"atm(?:os(?:pheres?)?)?|torr|Torr|(?:mm|millimeters)\.? ?(?:of )?(?:Hg|mercury)|mm ?hg|atoms?(?= of hydrogen)|kPa|"
+    r"(?:lbs?|pounds)\.? ?/ ?sq\.? ?in(?:ch)?|"
     r"MPa|hPa|Pa|kg\.?/cm2|millibar",
     "other": r"[Nn]eck(?:ed)?|A(?= (?:powdered |activated |molecular ))|fractions|revolutions per minute|watts?|"
     r"[Aa]ngstr[oö]ms?|MHz|Hz|rpm|nm|W|kW|eV|mesh|stages|cm-1|cm|mm|mμ|μm?|Å|inch(?:es)?",
@@ -331,6 +332,7 @@ _OTHER_SPELLINGS = {
     "millimetersofmercury": "mmhg",
     "atom": "atm",
     "atoms": "atm",
+    **dict.fromkeys(("lb/sqin", "lbs/sqin", "lb/sq.in", "lbs/sq.in", "lbs./sq.in", "lb./sq.in", "lbs/sqinch"), "psi"),
     "mmofhg": "mmhg",
     "millibar": "mbar",
     "microliter": "μl",

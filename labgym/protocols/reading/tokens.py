@@ -12,7 +12,7 @@ from labgym.protocols.reading.figures import QuantitySpan
 from labgym.protocols.reading.lexicon import AUXILIARIES, QUALITIES, SUBSTANCES, VerbWord, names_substance, verb_word
 
 TokenKind = Literal["word", "name", "verb", "figure", "mark", "group"]
-_CHUNK = re.compile(r"(?:\((?:\d{0,2}[a-z]?[RSEZ]\*?, ){1,9}(?=\d{0,2}[a-z]?[RSEZ]\*?\)))?\S+")
+_CHUNK = re.compile(r"(?:\((?:\d{0,2}[a-z]?[RSEZ]{1,2}\*?, ){1,9}(?=\d{0,2}[a-z]?[RSEZ]{1,2}\*?\)))?\S+")
 """A word; spaces between the descriptors of a stereoisomer are a part of it: "(2S, 4S)-1-phenyl"."""
 LONGEST_BRACKET = 400
 """Longest bracket, characters; a longer one is taken for two signs that do not belong together."""

@@ -38,7 +38,7 @@ from labgym.protocols.substances.sources import database_structures, parsed_stru
 _LEADING = re.compile(
     r"^(?:(?:half[- ])?saturated|sat(?:'?d|\.)?|aqueous|aq\.?|concentrated|conc\.?|dilute|dil\.?|glacial|anhydrous|dry|"
     r"absolute|fresh(?:ly distilled)?|crude|pure|solid|powdered|ice[- ]cold|cold|hot|warm|boiling|excess|catalytic|"
-    r"gaseous|liquid|melted|molten|methanolic|ethanolic|ethereal|alcoholic|commercial|granular|activated|the|an?)\b[\s,]*",
+    r"gaseous|liquid|melted|molten|methanolic|ethanolic|isopropanolic|ethereal|alcoholic|commercial|granular|activated|the|an?)\b[\s,]*",
     re.IGNORECASE,
 )
 _TRAILING = re.compile(
@@ -61,6 +61,7 @@ _REPRINTED = (
     (re.compile(r"(?<=-)l(?=\(\dH\))"), "1"),
     (re.compile(r"(?<=\d),(?=[a-z]\])"), "-"),
     (re.compile(r"imidazol(?=\[)"), "imidazo"),
+    (re.compile(r"-?\[(\d)\.(?=\d-[a-z]\])"), r"[\1,"),
     (re.compile(r"(?<=-\d-)ine\b"), "yne"),
     (re.compile(r"(?<![\d,'])(\d{1,2})-\(([RS])\)-"), r"(\1\2)-\1-"),
     (re.compile(r"(?<![\d,])(\d)-H-(?=[a-z])"), r"\1H-"),
