@@ -86,7 +86,8 @@ def _is_vessel(draft: PhraseDraft, place: int) -> bool:
     for token in draft.tokens[place + 1 : place + 7]:
         if token.low.rstrip(".") in VESSELS or token.low in ("bottom", "round-bottom"):
             return True
-        if token.kind not in ("word", "verb") and token.low != ".":
+        necked = token.figure is not None and token.figure.kind == "other"
+        if token.kind not in ("word", "verb") and token.low not in (".", ",") and not necked:
             return False
         if token.low == "of" and token is not draft.tokens[place + 1]:
             return False
@@ -117,6 +118,7 @@ def _name(draft: PhraseDraft, place: int, token: Token) -> None:
         (token.low in GASES and after in ("inlet", "line", "bubbler", "balloon"))
         or (token.low == "ice" and after in ("bath", "cooling"))
         or (after in DEVICES and draft.is_separate(place))
+        or (token.low in ("mineral", "paraffin") and after == "oil" and not draft.pending)
     ):
         draft.phrase.remarks.append((token.start, token.end))
     elif token.low in SOLVENT_ADJECTIVES or token.low in QUALITIES:

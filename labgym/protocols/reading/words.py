@@ -179,6 +179,9 @@ def _solution_noun(draft: PhraseDraft, word: Word) -> bool:
     phrase = draft.phrase
     if word.low not in SOLUTIONS:
         return False
+    if draft.last is not None and draft.adjacent and draft.tokens[word.place - 1].low == "salt":
+        draft.last.end = word.token.end
+        return True
     if draft.last is not None and draft.pending and {figure.kind for figure in draft.pending} == {"percent"}:
         if word.low in ("dispersion", "suspension") and word.after != "of":
             draft.last.amounts += draft.pending
