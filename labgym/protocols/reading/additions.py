@@ -20,6 +20,7 @@ from labgym.protocols.reading.draft import (
 )
 from labgym.protocols.reading.figures import QuantitySpan
 from labgym.protocols.reading.heads import Head
+from labgym.protocols.reading.holding import hydrogen_in
 from labgym.protocols.reading.lexicon import BATCH, SOLID, SOLUTIONS
 from labgym.protocols.reading.mentions import SubstanceMention, TextPhrase
 from labgym.protocols.reading.phrases import read_phrases
@@ -41,6 +42,11 @@ def add(draft: ActionDraft, operation: PhrasedOperation) -> None:
         return
     if operation.head.low.startswith("bubbl") and not substances(operation.phrases):
         draft.act("Purge", operation)
+        return
+    gas = hydrogen_in(operation.clause.after)
+    pressed = any(item.kind == "pressure" for item in operation.conditions)
+    if operation.head.low.startswith("plac") and gas is not None and pressed:
+        draft.act("Hydrogenate", operation, [draft.portion(SubstanceMention(gas.start, gas.end))])
         return
     operation = replace(operation, before=_behind_batch(operation))
     made = [phrase for phrase in operation.after if _is_precipitated(phrase)]

@@ -272,7 +272,11 @@ def _special(at: _Place) -> Head | None:
     if (
         figure is not None
         and figure.kind == "ph"
-        and any(word in token.low for word in ("adjusted", "brought", "made"))
+        and (
+            any(word in token.low for word in ("adjusted", "brought", "made"))
+            or at.previous == "made"
+            or (at.previous == "to" and at.tokens[at.place - 2].low in ("taken", "brought"))
+        )
     ):
         return Head(at.place, at.place, VerbWord("AdjustPH", "with"), "adjusted", True, "", at.place - 1)
     if token.low == "reduced" and at.passive and any(item.low in ("hydrogenation", "hydrogen") for item in rest):
@@ -473,6 +477,8 @@ def _gives(at: _Place) -> bool:
 def _is_imperative(tokens: Sequence[Token], place: int) -> bool:
     """Return whether a verb begins its clause: "Add water and stir"."""
     k = place - 1
+    if k >= 0 and tokens[k].low == "then":
+        return True
     while k >= 0 and (tokens[k].low in _SKIPPED_ADVERBS or tokens[k].low in ("please",)):
         k -= 1
     if k >= 1 and tokens[k].low in ("it", "this", "which") and tokens[k - 1].low == "to":

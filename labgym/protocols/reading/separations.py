@@ -100,7 +100,8 @@ def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
 def _is_filtered_off(draft: ActionDraft, operation: PhrasedOperation, subject: set[str]) -> bool:
     """Append the filtration that removes a solid, and return whether that is all: "after removal of the catalyst"."""
     method = operation.verb == "Filter" and operation.head.method != ""
-    alone = "catalyst" in subject and draft.last_verb != "Filter"
+    dried = draft.last_verb == "DrySolution" and bool(subject & {"sulfate", "sulphate", "agent", "desiccant"})
+    alone = dried or ("catalyst" in subject and draft.last_verb != "Filter")
     if not alone and not (method and subject & _NOT_SOLVENT):
         return False
     _filter(draft, operation)
@@ -142,12 +143,13 @@ def _charge_subject(draft: ActionDraft, operation: PhrasedOperation) -> None:
 
 
 def _reached(draft: ActionDraft, operation: PhrasedOperation) -> str:
-    """Return the note of an evaporation that ends at a volume, "to 50 mL", and own it; "" of others."""
+    """Return the volume to which an evaporation goes, "to 50 mL", or that it takes off, and own it; "" of others."""
     volumes = [item for phrase in operation.after for item in phrase.loose if item.kind == "volume"]
-    if operation.verb != "Concentrate" or not volumes:
+    off = [item for phrase in operation.before for item in phrase.loose if item.kind in ("volume", "parts")]
+    if operation.verb not in ("Concentrate", "Distill") or not volumes + off:
         return ""
-    draft.own_all(volumes)
-    return f"to {draft.text[volumes[0].start : volumes[0].end]}"
+    draft.own_all(volumes + off)
+    return ", ".join([f"to {item.text}" for item in volumes[:1]] + [item.text for item in off])
 
 
 def _is_on_a_column(operation: PhrasedOperation) -> bool:

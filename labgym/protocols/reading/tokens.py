@@ -42,6 +42,7 @@ _ABBREVIATIONS = frozenset(
         "temp.",
         "b.p.",
         "m.p.",
+        "m.",
         "lit.",
         "cf.",
         "vs.",
@@ -91,7 +92,8 @@ _DATA = re.compile(
     r"[Bb]oiling point|bp\b|ultraviolet absorption"
     r"|infrared (?:absorption )?spect|Yield ?[=:]|optical rotation|UV ?[(:]|λ|HPLC(?:[- ]purity|"
     r" ?: )|[Pp]urity ?[=:]|MH\+|\[M ?[+-]"
-    r"|[Ff]ound[:,]|[Oo]verall crude yield|appearance:)"
+    r"|(?:n\.?m\.?r\.?|pmr|ir)(?: spectrum)? \((?=[A-Z])"
+    r"|δ ?H? ?\((?=[A-Z\d])|[Ff]ound[:,]|[Oo]verall crude yield|appearance:)"
 )
 _ROTATION = re.compile(r"\[α\]|\[a\] ?D(?![a-z])")
 

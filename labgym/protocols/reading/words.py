@@ -174,14 +174,21 @@ def _preposition(draft: PhraseDraft, word: Word) -> bool:
     return True
 
 
+def _salt_solution(draft: PhraseDraft, word: Word) -> bool:
+    """Read "solution" behind "salt" as a part of the name: brine."""
+    known = word.low == "solution" and draft.last is not None and draft.adjacent
+    if not known or draft.tokens[word.place - 1].low != "salt":
+        return False
+    assert draft.last is not None
+    draft.last.end = word.token.end
+    return True
+
+
 def _solution_noun(draft: PhraseDraft, word: Word) -> bool:
     """Read "solution" and the like: it holds what follows "of", or it is a word for the batch."""
     phrase = draft.phrase
     if word.low not in SOLUTIONS:
         return False
-    if draft.last is not None and draft.adjacent and draft.tokens[word.place - 1].low == "salt":
-        draft.last.end = word.token.end
-        return True
     if draft.last is not None and draft.pending and {figure.kind for figure in draft.pending} == {"percent"}:
         if word.low in ("dispersion", "suspension") and word.after != "of":
             draft.last.amounts += draft.pending
@@ -318,6 +325,7 @@ _RULES = (
     _conjunction,
     _supported,
     _preposition,
+    _salt_solution,
     _solution_noun,
     _solvent_adjective,
     _strength,
