@@ -267,7 +267,10 @@ def _wash(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append washes or extractions: each liquid of a list is an action, a mixed liquid is one."""
     verb = operation.verb
     liquids = with_substances(operation.after, "with", "using", "in", "into", "by", "of", "")
-    rest = [phrase for phrase in operation.phrases if phrase not in liquids]
+    results = [phrase for phrase in liquids if not phrase.prep and all(item.weak for item in phrase.substances)]
+    results = [phrase for phrase in results if phrase.is_measured and phrase is operation.after[-1]]
+    liquids = [phrase for phrase in liquids if phrase not in results]
+    rest = [phrase for phrase in operation.phrases if phrase not in (*liquids, *results)]
     held = operation.conditions
     first = True
     draft.last_solid = draft.last_solid or bool(lows(operation.clause.before) & SOLID)
@@ -282,6 +285,8 @@ def _wash(draft: ActionDraft, operation: PhrasedOperation) -> None:
             first = False
     if first:
         draft.act(verb, operation)
+    for item in substances(results):
+        draft.emit("Yield", (item.start, item.end), gives=(draft.yielded(item),))
 
 
 def _batches(phrase: TextPhrase, together: bool, first: bool) -> list[list[SubstanceMention]]:

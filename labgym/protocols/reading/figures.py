@@ -71,7 +71,9 @@ _ORDER: tuple[Kind, ...] = (
     "pressure", "equivalents", "substance", "percent", "mass", "volume", "parts", "other", "time", "temperature",
     "molarity",
 )  # fmt: skip
-_UNITS = "|".join(f"(?P<{kind}>(?:{_UNIT[kind]})(?![A-Za-z]))" for kind in _ORDER)
+_GLUED = {"percent": "|%(?=[A-Z])"}
+"""Units that a name may follow without a space: "4%MeOH"."""
+_UNITS = "|".join(f"(?P<{kind}>(?:{_UNIT[kind]})(?![A-Za-z]){_GLUED.get(kind, '')})" for kind in _ORDER)
 _UNIT_AT = re.compile(rf"(?:{_UNITS})")
 _APPROXIMATE = r"(?:about|approx(?:imately)?\.?|ca\.?|circa|~)"
 _VALUE = re.compile(

@@ -84,7 +84,8 @@ def wait(draft: ActionDraft, operation: PhrasedOperation) -> None:
             near = [
                 other for other in before if other is phrase or (other.prep in ("at", "under") and other.conditions)
             ]
-            verb: Verb = "Stir" if "stirring" in phrase.words else "Wait"
+            words = {*phrase.words, *phrase.nouns}
+            verb: Verb = "Reflux" if words & {"reflux", "refluxing"} else "Stir" if "stirring" in words else "Wait"
             draft.emit(verb, (phrase.start, phrase.end), held=[item for other in near for item in other.conditions])
             for other in near:
                 other.conditions = []

@@ -164,9 +164,16 @@ def _mark(draft: PhraseDraft, place: int, token: Token) -> None:
         if draft.in_solvent and draft.phrase.prep in ("", "to", "with") and not subject and _goes_on(draft, place):
             draft.open("", token.start)
         draft.separate()
+    elif token.text == ":" and _weighs(draft.tokens[place + 1 : place + 2]):
+        draft.open("", token.start)
     elif token.text in "/:-":
         draft.separate()
         draft.paired = True
+
+
+def _weighs(tokens: Sequence[Token]) -> bool:
+    """Return whether tokens begin with a mass: "was washed with water: 2 g of the product"."""
+    return any(token.figure is not None and token.figure.kind == "mass" for token in tokens[:1])
 
 
 def _is_between_adjectives(draft: PhraseDraft, place: int) -> bool:

@@ -64,6 +64,7 @@ _HAPPENING = frozenset((
 """Words for what happens by itself to what stands before them."""
 _BETWEEN = frozenset(("so", "thus", "then", "was", "is", "were", "are", "which", "that", "of", "the"))
 """Words between a name and what happens to it: "the salt of the amine, which then precipitated"."""
+_ADSORBENTS = frozenset(("darco", "norit", "norite"))
 _TAKING = frozenset(("solvent", "eluent", "eluant", "some", "containing", "with", "plus", "using", "few"))
 """Words with which a bracket begins that holds something that is used."""
 _ADDED = frozenset(("added", "introduced", "poured", "used", "with"))
@@ -183,7 +184,7 @@ def _own_descriptions(draft: ActionDraft, tokens: Sequence[Token], taken: set[st
         inner = [item for item in following.inner if item.kind != "mark"]
         alone = len(inner) == 1 or (_weighs(following) and all(item.figure is not None for item in inner[1:]))
         abbreviates = bool(inner) and alone and inner[0].kind == "name" and len(inner[0].text) <= MAX_ABBREVIATION
-        abbreviates = abbreviates and not inner[0].text.islower()
+        abbreviates = abbreviates and not inner[0].text.islower() and inner[0].low not in _ADSORBENTS
         if following.kind == "group" and abbreviates and draft.owned[token.end - 1]:
             draft.own(inner[0].start, inner[0].end)
 
