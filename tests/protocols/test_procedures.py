@@ -343,6 +343,10 @@ def test_each_liquid_of_a_mixture_or_a_list_has_its_own_amount(text: str, amount
         ("It was washed with brine and stirred over MgSO4 for 1 h.", "Wash DrySolution"),
         ("After drying, 5.5 g of anisole of melting point 37 °C are obtained.", "DrySolution Yield"),
         ("Take the solid up in ether.", "Dissolve"),
+        ("The crystals were washed with ether (5.29 g, 80%, m.p. 164 °C).", "Wash Yield Analyze"),
+        ("The crystals were washed with water: 23 g (89%) of product.", "Wash Yield"),
+        ("After 8 hours of reflux, it was cooled.", "Reflux Cool"),
+        ("It was evaporated. The product crystallized (25.2 g, m.p. 125 °C).", "Concentrate Crystallize Yield Analyze"),
         ("It was stirred using a dry-ice condenser.", "Stir"),
     ],
 )  # fmt: skip
@@ -359,6 +363,7 @@ def test_an_operation_is_what_the_words_around_it_say(text: str, verbs: str) -> 
         ("Water (5 mL) was added. This was exothermic to 45 °C.", "note", "exothermic to 45 °C"),
         ("It was purified by chromatography (eluent: toluene).", "takes", "toluene"),
         ("It was crystallized from ethanol (charcoal).", "takes", "charcoal"),
+        ("It was purified on silica gel with 4%MeOH/CH2Cl2.", "takes", "CH2Cl2"),
         ("To it was added DIBAL (1.0M hexanes, 9 mL) dropwise.", "takes", "hexanes"),
         ("A cold solution (4 mL) of hydrogen chloride in ether was added.", "takes", "4 mL"),
     ],

@@ -272,6 +272,7 @@ def _wash(draft: ActionDraft, operation: PhrasedOperation) -> None:
     liquids = [phrase for phrase in liquids if phrase not in results]
     rest = [phrase for phrase in operation.phrases if phrase not in (*liquids, *results)]
     held = operation.conditions
+    weighed = _weighed_behind(verb, liquids)
     first = True
     draft.last_solid = draft.last_solid or bool(lows(operation.clause.before) & SOLID)
     for phrase in liquids:
@@ -285,8 +286,17 @@ def _wash(draft: ActionDraft, operation: PhrasedOperation) -> None:
             first = False
     if first:
         draft.act(verb, operation)
-    for item in substances(results):
+    for item in (*substances(results), *weighed):
         draft.emit("Yield", (item.start, item.end), gives=(draft.yielded(item),))
+
+
+def _weighed_behind(verb: Verb, liquids: Sequence[TextPhrase]) -> list[SubstanceMention]:
+    """Take a mass with a yield from the last liquid, as a result: "washed with ether (5.29 g, 80%)"."""
+    last = liquids[-1].substances[-1] if liquids else None
+    if verb != "Wash" or last is None or not {"mass", "percent"} <= {item.kind for item in last.amounts}:
+        return []
+    amounts, last.amounts = last.amounts, []
+    return [SubstanceMention(amounts[0].start, amounts[-1].end, amounts, weak=True)]
 
 
 def _batches(phrase: TextPhrase, together: bool, first: bool) -> list[list[SubstanceMention]]:

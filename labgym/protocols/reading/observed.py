@@ -191,7 +191,7 @@ def _weigh(draft: ActionDraft, place: int, tokens: Sequence[Token], token: Token
     at = next((k for k, item in enumerate(tokens) if item.start <= token.start < item.end), 0)
     inner = tokens[at].inner if tokens[at].kind == "group" else (tokens[at], *leaves(tokens[at + 1 : at + 2]))
     words = [item.low for item in tokens[max(0, at - 4) : at]]
-    batch = tokens[at].kind == "group" and words[-1:] and words[-1] in _FORMS
+    batch = tokens[at].kind == "group" and words[-1:] and words[-1] in _FORMS | _GIVEN
     weighed = not _WEIGHED.isdisjoint(words) and not any(item.kind == "name" for item in tokens[at + 1 : at + 4])
     if not (batch or weighed) or not {"portion", "aliquot", "part", "sample"}.isdisjoint(words):
         return False

@@ -389,6 +389,16 @@ def _without_inner_data(tokens: Sequence[Token], places: list[int]) -> Iterator[
         yield token
 
 
+def _before(tokens: Sequence[Token], cut: int) -> Iterator[Token]:
+    """Yield the tokens before a place; a bracket keeps what it holds before it: "a solid (12 g, mp 161 C)"."""
+    for token in tokens:
+        inner = tuple(item for item in token.inner if item.end <= cut)
+        if token.end <= cut:
+            yield token
+        elif any(item.figure is not None for item in inner):
+            yield replace(token, end=inner[-1].end, inner=inner)
+
+
 def _without_data(text: str, tokens: tuple[Token, ...]) -> Sentence:
     if not tokens:
         return Sentence(())
@@ -403,11 +413,11 @@ def _without_data(text: str, tokens: tuple[Token, ...]) -> Sentence:
     done = [k - 1 for k in later if tokens[k].kind == "verb" and k and tokens[k - 1].low in AUXILIARIES]
     if done:
         stop = next((k for k in later if tokens[k].text == ","), done[0])
-        head = [token for token in tokens if token.end <= cut]
+        head = list(_before(tokens, cut))
         if stop in (done[0], done[0] - 1):
             stop, head = done[0], head[: -1 if head and head[-1].text == "," else None]
         return Sentence((*head, *tokens[stop:]))
-    kept = tuple(token for token in tokens if token.end <= cut)
+    kept = tuple(_before(tokens, cut))
     return Sentence(kept, (kept[-1].end if kept else start, end))
 
 
