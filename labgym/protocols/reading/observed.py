@@ -22,7 +22,7 @@ _LEAVING: frozenset[Verb] = frozenset((
     "Chromatograph", "Concentrate", "Crystallize", "Distill", "DrySolid", "DrySolution", "Filter", "Purify",
     "Recrystallize", "Sublime", "Triturate", "Wash", "Yield",
 ))  # fmt: skip
-"""Operations behind which the batch has a mass of its own."""
+"""Operations behind which the batch may be weighed."""
 _FORMS = (BATCH | SOLID | {"form", "material"}) - VESSELS - {"catalyst", "phase", "layer", "solvent", "reaction"}
 _GAS_WORDS = frozenset(("of", "with", "under", "for", "through", "passing", "by", "in", "slow", "an", "the", "dry"))
 """Words before a gas that stands above the mixture."""
