@@ -238,6 +238,9 @@ def test_a_text_that_leans_on_another_ends_in_refers(text: str) -> None:
         "The amine (1 g, prepared as described in Example 3) was dissolved in ether (5 mL).",
         "The amine (1 g), prepared according to the method described in J. Org. Chem. 1990, was dissolved in ether.",
         "The amine was obtained as an oil, identical to anisole.",
+        "A reactor equipped as described in Example 1 was charged with 2 g of aniline, made into a salt.",
+        "2 g of anisole prepared as above was dissolved in ether.",
+        "It was made by a procedure in which aniline (2 g) was added.",
     ],
 )
 def test_where_a_starting_material_came_from_is_no_reference(text: str) -> None:
@@ -329,12 +332,54 @@ def test_each_liquid_of_a_mixture_or_a_list_has_its_own_amount(text: str, amount
         ("It was stirred under hydrogen for 3 h.", "Hydrogenate"),
         ("It was dissolved in ether. Air is bubbled through the solution for 3 h.", "Dissolve Purge"),
         ("A mixture of 5 g of aniline and 2 mL of acetone gives a yellow precipitate.", "MakeSolution"),
+        ("It was evaporated to give anisole in the form of a white solid (3.4 g, 80%).", "Concentrate Yield Yield"),
+        ("It was evaporated, leaving 4-methylanisole.", "Concentrate Yield"),
+        ("It was washed with water and brine, then was dried over MgSO4.", "Wash Wash DrySolution"),
+        ("Sodium hydride (80 mg, prewashed with hexane) was added.", "Wash Add"),
+        ("To the residue water (5 mL) was added.", "Add"),
+        ("The solution was drowned in ice water.", "Pour"),
+        ("The solid was colllected and air dried giving anisole.", "Filter DrySolid Yield"),
+        ("It was dried over MgSO4. The catalyst was removed and it was evaporated.", "DrySolution Filter Concentrate"),
+        ("It was washed with brine and stirred over MgSO4 for 1 h.", "Wash DrySolution"),
+        ("After drying, 5.5 g of anisole of melting point 37 °C are obtained.", "DrySolution Yield"),
+        ("Take the solid up in ether.", "Dissolve"),
+        ("The crystals were washed with ether (5.29 g, 80%, m.p. 164 °C).", "Wash Yield Analyze"),
+        ("The crystals were washed with water: 23 g (89%) of product.", "Wash Yield"),
+        ("After 8 hours of reflux, it was cooled.", "Reflux Cool"),
+        ("It was evaporated. The product crystallized (25.2 g, m.p. 125 °C).", "Concentrate Crystallize Yield Analyze"),
+        ("It was stirred using a dry-ice condenser.", "Stir"),
     ],
 )  # fmt: skip
 def test_an_operation_is_what_the_words_around_it_say(text: str, verbs: str) -> None:
     actions = read_procedure(f"Phenol (1 g) was added to water (9 mL). {text}")
     assert [action.verb for action in actions.actions[2:]] == verbs.split()
     assert not actions.unread
+
+
+@pytest.mark.parametrize(
+    ("text", "field", "value"),
+    [
+        ("Water (5 mL) was added in a stream of argon.", "atmosphere", "argon"),
+        ("Water (5 mL) was added. This was exothermic to 45 °C.", "note", "exothermic to 45 °C"),
+        ("It was purified by chromatography (eluent: toluene).", "takes", "toluene"),
+        ("It was crystallized from ethanol (charcoal).", "takes", "charcoal"),
+        ("It was purified on silica gel with 4%MeOH/CH2Cl2.", "takes", "CH2Cl2"),
+        ("To it was added DIBAL (1.0M hexanes, 9 mL) dropwise.", "takes", "hexanes"),
+        ("A cold solution (4 mL) of hydrogen chloride in ether was added.", "takes", "4 mL"),
+    ],
+)
+def test_what_a_text_tells_beside_an_operation_stands_in_its_action(text: str, field: str, value: str) -> None:
+    read = read_procedure(f"Phenol (1 g) was added to water (9 mL). {text}")
+    assert any(value in str(getattr(action, field)) for action in read.actions[2:])
+    assert not read.unread
+
+
+@pytest.mark.parametrize("bracket", ["some drops of DMF", "NH3 0.5 %", "charcoal"])
+def test_what_a_bracket_adds_is_no_remark(bracket: str) -> None:
+    read = read_procedure(f"Phenol (1 g) was added to water (9 mL). It was diluted with ether ({bracket}).")
+    assert [item.text for item in read.unread if item.why.startswith("name")] == [
+        bracket.split()[-1 if "of" in bracket else 0]
+    ]
 
 
 @pytest.mark.parametrize(
@@ -375,6 +420,9 @@ def test_an_action_list_may_not_claim_a_span_outside_its_text() -> None:
         ("2.6×10 -4 mol", "substance", 2.6e-4),
         ("133 Pa", "pressure", 133e-5),
         ("pH of 7.5-8.5", "ph", 8.0),
+        ("pH of the aqueous layer was adjusted to 2", "ph", 2.0),
+        ("45 lbs/sq in", "pressure", 3.10264),
+        ("26 millimeters of mercury", "pressure", 0.0346638),
         ("overnight", "time", 960.0),
         ("0.1 Mol", "substance", 0.1),
         ("100 mls", "volume", 100.0),
@@ -478,6 +526,12 @@ def test_a_lost_part_or_repeat_lowers_its_own_figure_alone() -> None:
         ("It was dried (Na2SO4), decanted and evaporated.", "filtrate"),
         ("It was stirred for 3 days and is then filtered, diluted with water and extracted with ether.", "filtrate"),
         ("It was cooled, filtered from the solid precipitate and concentrated.", "filtrate"),
+        ("The solids were filtered off and washed with ether. Removal of the solvent gave an oil.", "filtrate"),
+        ("The solid was collected by filtration then partitioned between ether and water.", "precipitate"),
+        (
+            "The crystals were filtered to give 3 g of A. The mother liquor was evaporated to give 1 g of A.",
+            "precipitate",
+        ),
     ],
 )
 def test_a_filtration_keeps_the_part_that_goes_on(text: str, keep: str) -> None:

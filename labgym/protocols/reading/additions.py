@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import chain
+from itertools import chain, takewhile
 
 from labgym.protocols.experiments.model import Period, Portion, Verb
 from labgym.protocols.reading.draft import (
@@ -20,7 +20,8 @@ from labgym.protocols.reading.draft import (
 )
 from labgym.protocols.reading.figures import QuantitySpan
 from labgym.protocols.reading.heads import Head
-from labgym.protocols.reading.lexicon import SOLID, SOLUTIONS
+from labgym.protocols.reading.holding import hydrogen_in
+from labgym.protocols.reading.lexicon import BATCH, SOLID, SOLUTIONS
 from labgym.protocols.reading.mentions import SubstanceMention, TextPhrase
 from labgym.protocols.reading.phrases import read_phrases
 from labgym.protocols.reading.separations import collect
@@ -42,6 +43,12 @@ def add(draft: ActionDraft, operation: PhrasedOperation) -> None:
     if operation.head.low.startswith("bubbl") and not substances(operation.phrases):
         draft.act("Purge", operation)
         return
+    gas = hydrogen_in(operation.clause.after)
+    pressed = any(item.kind == "pressure" for item in operation.conditions)
+    if operation.head.low.startswith("plac") and gas is not None and pressed:
+        draft.act("Hydrogenate", operation, [draft.portion(SubstanceMention(gas.start, gas.end))])
+        return
+    operation = replace(operation, before=_behind_batch(operation))
     made = [phrase for phrase in operation.after if _is_precipitated(phrase)]
     _bring(draft, replace(operation, after=[phrase for phrase in operation.after if phrase not in made]))
     for item in substances(made):
@@ -97,6 +104,21 @@ def _bring(draft: ActionDraft, operation: PhrasedOperation) -> None:
     if cold and not any(item.kind == "temperature" for item in conditions(rest)):
         rest = [*rest, TextPhrase("at", cold[0].start, cold[-1].end, conditions=cold)]
     _take(draft, replace(operation, before=rest, after=[]), [*theme, *extra])
+
+
+def _behind_batch(operation: PhrasedOperation) -> list[TextPhrase]:
+    """Return the phrases before the word of an addition, its subject as one that no comma parts from the batch.
+
+    "To the residue water was added", "after which time ether was added", "to which water was added".
+    """
+    before, tokens = operation.before, operation.clause.before
+    names = list(takewhile(lambda item: item.kind in ("name", "group"), reversed(tokens)))
+    rest = tokens[: len(tokens) - len(names)]
+    taken = any(item.kind == "name" for item in names) and not with_substances(operation.after, "", "of")
+    batch = bool(rest) and rest[-1].low in BATCH | SOLUTIONS | {"which", "time"}
+    if not (operation.head.passive and taken and batch) or rest[0].low not in ("to", "after", "into"):
+        return before
+    return [*read_phrases(rest), *read_phrases(names[::-1])]
 
 
 def _measure_behind(operation: PhrasedOperation, theme: Sequence[TextPhrase]) -> None:
@@ -215,6 +237,7 @@ def treat(draft: ActionDraft, operation: PhrasedOperation) -> None:
             draft.act("Wait", operation)
         return
     if head.low.startswith("convert"):
+        draft.own_names(with_substances(after, "to", "into") if reagents else [])
         reagents = with_substances(after, "with", "using", "by")
     elif head.low.startswith(("react", "treat")):
         reagents = with_substances(after, "with", "in", "of", "using", "containing", "and", "")
@@ -244,8 +267,12 @@ def _wash(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append washes or extractions: each liquid of a list is an action, a mixed liquid is one."""
     verb = operation.verb
     liquids = with_substances(operation.after, "with", "using", "in", "into", "by", "of", "")
-    rest = [phrase for phrase in operation.phrases if phrase not in liquids]
+    results = [phrase for phrase in liquids if not phrase.prep and all(item.weak for item in phrase.substances)]
+    results = [phrase for phrase in results if phrase.is_measured and phrase is operation.after[-1]]
+    liquids = [phrase for phrase in liquids if phrase not in results]
+    rest = [phrase for phrase in operation.phrases if phrase not in (*liquids, *results)]
     held = operation.conditions
+    weighed = _weighed_behind(verb, liquids)
     first = True
     draft.last_solid = draft.last_solid or bool(lows(operation.clause.before) & SOLID)
     for phrase in liquids:
@@ -259,6 +286,17 @@ def _wash(draft: ActionDraft, operation: PhrasedOperation) -> None:
             first = False
     if first:
         draft.act(verb, operation)
+    for item in (*substances(results), *weighed):
+        draft.emit("Yield", (item.start, item.end), gives=(draft.yielded(item),))
+
+
+def _weighed_behind(verb: Verb, liquids: Sequence[TextPhrase]) -> list[SubstanceMention]:
+    """Take a mass with a yield from the last liquid, as a result: "washed with ether (5.29 g, 80%)"."""
+    last = liquids[-1].substances[-1] if liquids else None
+    if verb != "Wash" or last is None or not {"mass", "percent"} <= {item.kind for item in last.amounts}:
+        return []
+    amounts, last.amounts = last.amounts, []
+    return [SubstanceMention(amounts[0].start, amounts[-1].end, amounts, weak=True)]
 
 
 def _batches(phrase: TextPhrase, together: bool, first: bool) -> list[list[SubstanceMention]]:

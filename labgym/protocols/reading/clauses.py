@@ -180,6 +180,10 @@ def _break_before(tokens: Sequence[Token], k: int, stop: int) -> int:
     """Return the index behind the last break before a place, or `stop`."""
     place = k - 1
     while place >= stop:
+        figure = tokens[place].figure
+        held = figure is not None and figure.kind in ("temperature", "time") and place + 1 < len(tokens)
+        if held and tokens[place + 1].low in DETERMINERS:
+            return place + 1
         if tokens[place].low in _BREAKS and not _joins(tokens, place):
             return place + 1
         place -= 1

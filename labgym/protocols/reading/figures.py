@@ -61,15 +61,19 @@ _UNIT = {
     "temperature": r"° ?[CF]|℃|o ?C|degrees? ?(?:C\b|F\b|Celsius|centigrade|Fahrenheit)?|deg\.? ?[CF]|°|C",
     "time": r"(?:(?:additional|further|more) )?(?:hours?|hrs?|min(?:ute)?s?|days?)|h|seconds?|secs?|sec|s|d|weeks?|wk",
     "pressure": r"mbar|bars?|psig?|psia|p\.s\.i\.?|pounds per square inch|"
-    r"atm(?:os(?:pheres?)?)?|torr|Torr|mm\.? ?(?:of )?Hg|mm ?hg|kPa|"
+    r"atm(?:os(?:pheres?)?)?|torr|Torr|(?:mm|millimeters)\.? ?(?:of )?(?:Hg|mercury)|mm ?hg|atoms?(?= of hydrogen)|kPa|"
+    r"(?:lbs?|pounds)\.? ?/ ?sq\.? ?in(?:ch)?|"
     r"MPa|hPa|Pa|kg\.?/cm2|millibar",
-    "other": r"[Nn]eck(?:ed)?|[Aa]ngstr[oö]ms?|MHz|Hz|rpm|nm|W|kW|eV|mesh|stages|cm-1|cm|mm|mμ|μm?|Å|inch(?:es)?",
+    "other": r"[Nn]eck(?:ed)?|A(?= (?:powdered |activated |molecular ))|fractions|revolutions per minute|watts?|"
+    r"[Aa]ngstr[oö]ms?|MHz|Hz|rpm|nm|W|kW|eV|mesh|stages|cm-1|cm|mm|mμ|μm?|Å|inch(?:es)?",
 }  # fmt: skip
 _ORDER: tuple[Kind, ...] = (
     "pressure", "equivalents", "substance", "percent", "mass", "volume", "parts", "other", "time", "temperature",
     "molarity",
 )  # fmt: skip
-_UNITS = "|".join(f"(?P<{kind}>(?:{_UNIT[kind]})(?![A-Za-z]))" for kind in _ORDER)
+_GLUED = {"percent": "|%(?=[A-Z])"}
+"""Units that a name may follow without a space: "4%MeOH"."""
+_UNITS = "|".join(f"(?P<{kind}>(?:{_UNIT[kind]})(?![A-Za-z]){_GLUED.get(kind, '')})" for kind in _ORDER)
 _UNIT_AT = re.compile(rf"(?:{_UNITS})")
 _APPROXIMATE = r"(?:about|approx(?:imately)?\.?|ca\.?|circa|~)"
 _VALUE = re.compile(
@@ -84,7 +88,8 @@ _SPOKEN = re.compile(
     r"eight|nine|ten|eleven|twelve|(?:thir|four|fif|six|seven|eigh|nine)teen|twenty|thirty|forty|fifty|sixty|"
     r"(?:one|a) hundred)(?: (?:and (?:a|one)[- ]half|to (?P<to>two|three|"
     r"four|five|six|ten)|more|additional))?"
-    r" (?:(?P<mass>grams?|milligrams?|kilograms?|pounds?)|(?P<volume>drops?|milliliters?|millilitres?|liters?|litres?)|"
+    r" (?:(?P<mass>grams?|milligrams?|kilograms?|pounds?|g)|(?P<volume>drops?|milliliters?|millilitres?|liters?|"
+    r"litres?|ml)|"
     r"(?P<equivalents>equivalents?|equiv)|(?P<substance>m?moles?|mmol)|(?P<time>hours?|hrs?|minutes?|"
     r"min|days?|weeks?|seconds?))(?![A-Za-z])",
     re.IGNORECASE,
@@ -120,9 +125,8 @@ _TWICE = re.compile(
 )
 _BETWEEN = re.compile(r"(\bbetween [-~]?\d{1,4}(?:\.\d{1,2})?(?: ?° ?C?\.?)?) and (?=[-~]?\d)")
 _PH = re.compile(
-    r"(?<![A-Za-z])pH(?: (?:of|to|at|value|was|is|kept|maintained|about|approximately|ca\.?|reached|adjusted|"
-    r"brought|made|between|then|the (?:reaction )?(?:mixture|solution|solvent|"
-    r"suspension)))* ?[=:]? ?[~<>]?\s?"
+    r"(?<![A-Za-z])pH(?:-value|(?: [A-Za-z.]{1,15}){0,9} (?:to|at|of|about|between|above|below|is|was|value"
+    r"|reached))?(?: (?:about|approximately|ca\.?|between|around|a value of))? ?(?:of )?[=:]? ?[~<>]?\s?"
     r"(\d{1,2}(?:\.\d{1,2})?)(?: {0,2}(?:-|to|and) ?(\d{1,2}(?:\.\d{1,2})?))?",
     re.IGNORECASE,
 )
@@ -151,6 +155,7 @@ _NAMED = (
     ),
     (re.compile(r"\b[Dd]ry[- ][Ii]ce(?:(?: ?[-/] ?| in | and )(?:acetone|isopropanol))? bath"), "temperature", -78.0),
     (re.compile(r"\b[Ii]ce(?: ?[-/] ?| and )salt(?: bath)?"), "temperature", -10.0),
+    (re.compile(r"(?<![\d/])\d{1,2}/\d{1,2} 20\d\d(?: \d\d:\d\d(?::\d\d)?(?: [+-]\d{4})?)?\b"), "other", 0.0),
     (re.compile(r"\b(?:overnight|over night|over-night|overnite)\b"), "time", OVERNIGHT_MIN),
 )  # fmt: skip
 _NORMAL = re.compile(r"-(?=(?:hydrochloric|sulfuric|sulphuric|nitric|acetic|sodium|potassium|caustic|HCl|NaOH|KOH)\b)")
@@ -232,7 +237,8 @@ def _numbered(text: str) -> Iterator[QuantitySpan]:
         end, high = match.end(), match["high"]
         gap = 2 if text[end : end + 2] == "  " else text[end : end + 1] in (" ", "-")
         unit = _UNIT_AT.match(text, end + gap)
-        if unit is None and high is not None:
+        apart = bool(match["inner"]) and unit is not None and unit.lastgroup != "temperature"
+        if (unit is None or apart) and high is not None:
             # The second number may belong to something else: read the first alone, then go on behind it.
             end = max(match.end("inner"), match.end("power"), match.end("low"))
             at, high = end, None
@@ -324,6 +330,11 @@ _OTHER_SPELLINGS = {
     "mols": "mol",
     "mm.hg": "mmhg",
     "mm.ofhg": "mmhg",
+    "mmofmercury": "mmhg",
+    "millimetersofmercury": "mmhg",
+    "atom": "atm",
+    "atoms": "atm",
+    **dict.fromkeys(("lb/sqin", "lbs/sqin", "lb/sq.in", "lbs/sq.in", "lbs./sq.in", "lb./sq.in", "lbs/sqinch"), "psi"),
     "mmofhg": "mmhg",
     "millibar": "mbar",
     "microliter": "μl",

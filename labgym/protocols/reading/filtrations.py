@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from itertools import takewhile
 from typing import Literal
 
 from labgym.protocols.experiments.model import Action, Verb
@@ -16,7 +17,7 @@ from labgym.protocols.reading.draft import ActionDraft
 KeptPart = Literal["filtrate", "precipitate"]
 _FILTRATE = re.compile(r"\b(?:filtrates?|mother liquors?|supernatant)\b")
 _SOLID = re.compile(r"\b(?:solids?|precipitates?|crystals|cake|filtercake|filter-cake|powder|product)\b")
-_LIQUID = re.compile(r"\b(?:solution|mixture|solvents?|liquors?|volatiles|(?:organic|aqueous) (?:layer|phase))\b")
+_LIQUID = re.compile(r"\b(?:solutions?|mixture|solvents?|liquors?|volatiles|\w{5,30} (?:layers?|phases?))\b")
 _THROWN = re.compile(
     r"\b(?:(filtrates?|mother liquors?|supernatant)|(?:solids?|precipitates?|cake|filter-cake))"
     r"(?: (?:was|were|is|are))?(?: then)? (?:discarded|rejected|thrown away|disposed of)\b"
@@ -76,7 +77,8 @@ def _kept(draft: ActionDraft, place: int) -> tuple[KeptPart, bool]:
         if thrown is not None and not is_solid_used:
             return ("precipitate" if thrown[1] else "filtrate"), True
         if _FILTRATE.search(f"{words} {inside}"):
-            return ("precipitate", _gives_crop(draft, following)) if is_solid_used else ("filtrate", True)
+            crop = _gives_crop(draft, following) or _is_weighed(draft, place, following)
+            return ("precipitate", crop) if is_solid_used else ("filtrate", True)
         if following.verb == "Filter":
             break
         if is_solid_used:
@@ -84,10 +86,14 @@ def _kept(draft: ActionDraft, place: int) -> tuple[KeptPart, bool]:
         if following.verb in _OF_EITHER:
             washed = washed or following.verb == "Wash"
             continue
+        told = draft.plain[slice(*(action.span or (0, 0)))]
+        off = " off" in told or not (washed or "collect" in told)
+        if off and following.verb == "Concentrate" and _LIQUID.search(f"{words} {inside}"):
+            return "filtrate", True
         part = _used(action, following, words)
         if part == "filtrate":
             return "filtrate", True
-        if part is None and _is_worked_up(draft, following, words):
+        if part is None and "keep" in action.assumed and _is_worked_up(draft, following, words):
             return "filtrate", True
         if part is None:
             return _guessed(action, following, words, washed)
@@ -101,12 +107,22 @@ def _gives_crop(draft: ActionDraft, following: Action) -> bool:
     return _CROP.search(draft.plain, max(0, start - 120), start + 300) is not None
 
 
+def _is_weighed(draft: ActionDraft, place: int, following: Action) -> bool:
+    """Return whether the solid of a filtration is weighed before its filtrate goes on and gives a product, too."""
+    later = draft.actions[place + 1 :]
+    between = list(takewhile(lambda item: item is not following, later))
+    parts = (between, later[len(between) :])
+    return all(any(" g" in item.amount for action in part for item in action.gives) for part in parts)
+
+
 def _is_worked_up(draft: ActionDraft, following: Action, words: str) -> bool:
     """Return whether a sentence goes on with the liquid: "filtered, diluted with water and extracted"."""
     place = next(k for k, item in enumerate(draft.actions) if item is following)
     later = draft.actions[place + 1].verb if place + 1 < len(draft.actions) else ""
-    joined = words.strip(" ,") in ("", "and", "then", "and then")
-    return joined and following.verb in ("Add", "AdjustPH") and later in ("Extract", "Partition", "PhaseSeparation")
+    if any(portion.name.lower().startswith("silica") for portion in following.takes):
+        return following.verb == "Add"
+    separated = later in ("Extract", "Partition", "PhaseSeparation", "CollectLayer")
+    return separated and following.verb in ("Add", "AdjustPH") and not _SOLID.search(words)
 
 
 def _used(action: Action, following: Action, words: str) -> KeptPart | None:
@@ -116,7 +132,7 @@ def _used(action: Action, following: Action, words: str) -> KeptPart | None:
         return "precipitate"
     if action.keep == "filtrate":
         return "precipitate" if following.verb == "DrySolid" else "filtrate"
-    if following.verb in _OF_SOLIDS or (named and following.verb == "DrySolution"):
+    if following.verb in _OF_SOLIDS or (named and following.verb in ("DrySolution", "Partition")):
         return "precipitate"
     if following.verb == "Crystallize":
         return "precipitate" if following.takes or named else "filtrate"
@@ -144,6 +160,6 @@ def _after(draft: ActionDraft, place: int) -> Iterator[tuple[Action, str, str]]:
     end = 0 if own is None else own[1]
     for following in actions[place + 1 :]:
         start, stop = following.span or (end, end)
-        inside = draft.plain[start:stop].lower() if following.verb in _OF_LIQUIDS else ""
+        inside = draft.plain[start:stop].lower() if following.verb in _OF_LIQUIDS or following.verb == "Add" else ""
         yield following, draft.plain[min(end, start) : start].lower(), inside
         end = max(end, stop)

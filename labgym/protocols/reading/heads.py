@@ -56,12 +56,15 @@ _RUN = ("run", "carried", "conducted", "performed")
 """Words that say that a reaction goes on."""
 _PAIRS = {
     ("reaction", "of"): VerbWord("Add", "with", True),
+    ("dropped", "into"): VerbWord("Add", "theme"),
     **{("weighed", word): VerbWord("Add", "theme") for word in ("out", "in", "into")},
 }
 """Words that name an operation by the word behind them; nouns at the begin of a sentence."""
 _PADS = frozenset((
     "pad", "plug", "bed", "silica", "celite", "celite®", "alumina", "filter", "frit", "cotton", "norite", "florisil",
 ))  # fmt: skip
+_DRIED_IN = frozenset(("air", "vacuum", "oven", "suction"))
+"""Words before "dried" that say how."""
 _STANDS = frozenset(("stand", "stands", "standing"))
 _NOUN_PARTNERS = frozenset((
     "was", "is", "process", "were", "apparatus", "flask", "column", "funnel", "step", "time", "rate", "solvent",
@@ -208,6 +211,7 @@ def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
         "make",
         "rendered",
         "reaction",
+        "dropped",
         *_RUN,
     ):
         return None
@@ -237,7 +241,7 @@ def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
     ed = token.low.endswith(_PARTICIPLES) and token.low != "yield"
     if (_is_adjective(at, token.verb) if ed else _is_noun(at)) and not _gives(at):
         return None
-    return at.head(token.verb, place + 1 if token.low in ("take", "taken") and at.after == "up" else None)
+    return at.head(token.verb, place + 1 if token.low in ("take", "taken", "taking") and at.after == "up" else None)
 
 
 def _special(at: _Place) -> Head | None:
@@ -268,7 +272,11 @@ def _special(at: _Place) -> Head | None:
     if (
         figure is not None
         and figure.kind == "ph"
-        and any(word in token.low for word in ("adjusted", "brought", "made"))
+        and (
+            any(word in token.low for word in ("adjusted", "brought", "made"))
+            or at.previous == "made"
+            or (at.previous == "to" and at.tokens[at.place - 2].low in ("taken", "brought"))
+        )
     ):
         return Head(at.place, at.place, VerbWord("AdjustPH", "with"), "adjusted", True, "", at.place - 1)
     if token.low == "reduced" and at.passive and any(item.low in ("hydrogenation", "hydrogen") for item in rest):
@@ -309,7 +317,7 @@ def _is_useful_noun(at: _Place) -> bool:
         done = ahead[:1] in (["carried"], ["effected"], ["performed"])
         return at.after in ("was", "is", "were") and done and low not in ("chromatographic", "addition")
     before = [item.low for item in at.tokens[max(0, at.place - 3) : at.place]]
-    if before[1:] in (["without", "further"], ["no", "further"], ["without", "additional"]):
+    if "without" in before or before[1:] == ["no", "further"]:
         return False
     if before[1:] == ["of", "the"] and before[0] in ("completion", "end", "course", "conclusion"):
         return False
@@ -349,11 +357,12 @@ def _is_idle(at: _Place) -> bool:
         (low in ("dry", "combine", "separate") and (named or batch) and not (at.place == 0 and low != "dry"))
         or (low == "provided" and at.after == "with")
         or (low.startswith("weigh") and at.passive)
-        or (low == "take" and at.after != "up")
+        or (low in ("take", "taking") and not any(item.low == "up" for item in at.tokens[at.place : at.place + 9]))
         or (low in ("absorbed", "adsorbed") and at.after not in ("on", "onto", "in", "into"))
         or (low.startswith("pass") and at.after not in ("into", "in", "through"))
         or low in ("sealed", "seal", "fitted", "equipped", "sealing", "prepared")
         or (low in ("boiling", "boil", "boils") and not at.passive)
+        or (low == "separating" and (at.previous == "phase" or at.after in ("funnel", "paper", "cartridge")))
         or (low in _STANDS and at.marker not in ("to", "on", "upon", "after", "for") and at.previous != "and")
         or (low == "reflux" and not _is_refluxed(at))
         or (low in _OBTAINED and (_is_attribute(at) or _is_bought(at)))
@@ -420,7 +429,7 @@ def _is_adjective(at: _Place, word: VerbWord) -> bool:
     following = at.following
     if at.passive or following is None:
         return False
-    if at.place == 0 and following.kind != "word" and not any(item.low in AUXILIARIES for item in at.tokens):
+    if at.place == 0 and not any(item.low in AUXILIARIES for item in at.tokens):
         return False
     noun = (
         following.kind == "name"
@@ -431,7 +440,7 @@ def _is_adjective(at: _Place, word: VerbWord) -> bool:
     )
     determined = at.previous in DETERMINERS or at.previous in QUALITIES
     if at.low.endswith("ing"):
-        return noun and determined
+        return noun and (at.previous in DETERMINERS or (determined and word.verb != "Yield"))
     listed = at.previous in ("and", ",")
     begun = (
         determined
@@ -468,6 +477,8 @@ def _gives(at: _Place) -> bool:
 def _is_imperative(tokens: Sequence[Token], place: int) -> bool:
     """Return whether a verb begins its clause: "Add water and stir"."""
     k = place - 1
+    if k >= 0 and tokens[k].low == "then":
+        return True
     while k >= 0 and (tokens[k].low in _SKIPPED_ADVERBS or tokens[k].low in ("please",)):
         k -= 1
     if k >= 1 and tokens[k].low in ("it", "this", "which") and tokens[k - 1].low == "to":
@@ -482,9 +493,11 @@ def _group(tokens: Sequence[Token], place: int) -> tuple[int, bool, str]:
         low = tokens[k].low
         if low in AUXILIARIES or low in ("being",):
             passive = True
-        elif low in _SKIPPED_ADVERBS or (low in QUALITIES and low.endswith("ly")):
-            pass
-        else:
+        elif not (
+            low in _SKIPPED_ADVERBS
+            or (low in QUALITIES and low.endswith("ly"))
+            or (low in _DRIED_IN and tokens[k + 1].low == "dried")
+        ):
             break
         k -= 1
     low = tokens[k].low if k >= 0 else ""

@@ -44,6 +44,10 @@ def hold(draft: ActionDraft, operation: PhrasedOperation) -> None:
     fields: dict[str, Any] = {"atmosphere": _purging_gas(draft, operation)} if verb == "Purge" else {}
     if verb == "Wait" and not held and head.low in ("left", "let", "leave", "leaving", "continued"):
         return
+    agents = with_substances(operation.after, "over")
+    if verb == "Stir" and agents and draft.last_verb in ("Wash", "Extract", "CollectLayer"):
+        draft.act("DrySolution", operation, draft.portions(agents))
+        return
     _add(draft, operation, verb)
     if verb == "AdjustPH":
         fields["takes"] = draft.portions(with_substances(operation.after, "with", "by", "using", "of"))
@@ -80,7 +84,8 @@ def wait(draft: ActionDraft, operation: PhrasedOperation) -> None:
             near = [
                 other for other in before if other is phrase or (other.prep in ("at", "under") and other.conditions)
             ]
-            verb: Verb = "Stir" if "stirring" in phrase.words else "Wait"
+            words = {*phrase.words, *phrase.nouns}
+            verb: Verb = "Reflux" if words & {"reflux", "refluxing"} else "Stir" if "stirring" in words else "Wait"
             draft.emit(verb, (phrase.start, phrase.end), held=[item for other in near for item in other.conditions])
             for other in near:
                 other.conditions = []
@@ -102,7 +107,8 @@ def _fill(draft: ActionDraft, operation: PhrasedOperation) -> None:
         for phrase in stirred:
             phrase.substances = []
     elif head.passive or head.marker not in ("by", "after", "upon", "on", "to", "while"):
-        draft.charge([phrase for phrase in operation.before if phrase.prep in ("", "of", "to", "in", "into")])
+        held = [phrase for phrase in operation.before if phrase.prep in ("", "of", "to", "in", "into")]
+        draft.charge(held, always=not draft.actions)
 
 
 def _holding_verb(operation: PhrasedOperation) -> Verb | None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import lru_cache
 from typing import ClassVar, Literal
 
@@ -126,10 +127,31 @@ _OXIDATION = re.compile(r"(?<=[a-z)])\((?:0|I{1,3}|IV|V|VI)\)$", re.IGNORECASE)
 _NOTEBOOK = re.compile(r"^[A-Z]{2,6}\d{0,4}-\d{4,}(?:-\d{1,4}){0,3}$")
 """The number of a page in a laboratory notebook: "PBO-01132-93-01"."""
 _NECKED = re.compile(r"^(?:\d|two|three|four)-neck(?:ed)?$", re.IGNORECASE)
-_HYPHENED = ("-filled", "-flushed", "-purged", "-free", "-washed", "-containing", "-based", "-cooled", "-lined")
+_HYPHENED = (
+    "-filled",
+    "-flushed",
+    "-purged",
+    "-free",
+    "-washed",
+    "-containing",
+    "-based",
+    "-cooled",
+    "-lined",
+    "-separator",
+)
 """Ends of adjectives that begin with a name: "argon-filled"."""
 _GREEK = re.compile(r"^[α-ωΑ-Ω]")
 _CODE = re.compile(r"^\(?(?:\d{1,3}[a-z]?|[IVX]{1,5}|[A-Z]{1,2}-?\d{1,3}[a-z]?)\)?$")
+
+
+_OFTEN_MISPRINTED = (
+    "acidified", "chromatographed", "collected", "concentrated", "crystallized", "dissolved", "distilled", "evaporated",
+    "extracted", "filtered", "neutralized", "obtained", "partitioned", "precipitated", "purified", "recrystallized",
+    "refluxed", "separated", "stirred", "suspended", "transferred", "triturated",
+)  # fmt: skip
+"""Participles of which misprints are read."""
+LEAST_LIKENESS = 0.88
+"""Least ratio of `difflib` between a misprint and its participle."""
 
 
 @lru_cache(maxsize=1)
@@ -147,6 +169,9 @@ def verb_word(word: str) -> VerbWord | None:
     for pattern, verb, frame in _verb_patterns():
         if pattern.match(word):
             return VerbWord(verb, frame, word in TABLE.nouns)
+    if len(word) > 6 and word.endswith("ed") and word not in QUALITIES and word not in TABLE.other:
+        near = get_close_matches(word, _OFTEN_MISPRINTED, 1, LEAST_LIKENESS)
+        return verb_word(near[0]) if near and near[0][0] == word[0] else None
     return None
 
 

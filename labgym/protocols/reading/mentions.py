@@ -285,6 +285,10 @@ class PhraseDraft:
         before = all(figure.start < self.last.start for figure in self.last.amounts)
         return comma and before and tail and not self.pending
 
+    def is_separate(self, place: int) -> bool:
+        """Return whether a name is one word without an amount, not the end of a longer one."""
+        return not self.pending and (place == 0 or self.tokens[place - 1].kind != "name")
+
     def is_label(self, place: int) -> bool:
         """Return whether a word that names no substance stands for one: an amount stands with it."""
         if self.refers_back(place):

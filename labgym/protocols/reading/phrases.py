@@ -16,7 +16,7 @@ from labgym.protocols.reading.lexicon import (
 )
 from labgym.protocols.reading.mentions import CONDITIONS, STRENGTHS, PhraseDraft, SubstanceMention, TextPhrase
 from labgym.protocols.reading.tokens import Token
-from labgym.protocols.reading.words import read_word
+from labgym.protocols.reading.words import DEVICES, read_word
 
 _LISTING = frozenset(
     ("", "to", "with", "of", "in", "from", "between", "into", "over", "by", "using", "onto", "through")
@@ -86,7 +86,8 @@ def _is_vessel(draft: PhraseDraft, place: int) -> bool:
     for token in draft.tokens[place + 1 : place + 7]:
         if token.low.rstrip(".") in VESSELS or token.low in ("bottom", "round-bottom"):
             return True
-        if token.kind not in ("word", "verb") and token.low != ".":
+        necked = token.figure is not None and token.figure.kind == "other"
+        if token.kind not in ("word", "verb") and token.low not in (".", ",") and not necked:
             return False
         if token.low == "of" and token is not draft.tokens[place + 1]:
             return False
@@ -113,10 +114,13 @@ def _name(draft: PhraseDraft, place: int, token: Token) -> None:
         draft.phrase.words.append(GASES[token.low])
         draft.phrase.remarks.append((token.start, token.end))
         draft.adjacent = False
-    elif token.low in GASES and after in ("inlet", "line", "bubbler", "balloon"):
+    elif (
+        (token.low in GASES and after in ("inlet", "line", "bubbler", "balloon"))
+        or (token.low == "ice" and after in ("bath", "cooling"))
+        or (after in DEVICES and draft.is_separate(place))
+        or (token.low in ("mineral", "paraffin") and after == "oil" and not draft.pending)
+    ):
         draft.phrase.remarks.append((token.start, token.end))
-    elif token.low == "ice" and after in ("bath", "cooling"):
-        return
     elif token.low in SOLVENT_ADJECTIVES or token.low in QUALITIES:
         read_word(draft, place, token)
     else:
@@ -160,9 +164,16 @@ def _mark(draft: PhraseDraft, place: int, token: Token) -> None:
         if draft.in_solvent and draft.phrase.prep in ("", "to", "with") and not subject and _goes_on(draft, place):
             draft.open("", token.start)
         draft.separate()
+    elif token.text == ":" and _weighs(draft.tokens[place + 1 : place + 2]):
+        draft.open("", token.start)
     elif token.text in "/:-":
         draft.separate()
         draft.paired = True
+
+
+def _weighs(tokens: Sequence[Token]) -> bool:
+    """Return whether tokens begin with a mass: "was washed with water: 2 g of the product"."""
+    return any(token.figure is not None and token.figure.kind == "mass" for token in tokens[:1])
 
 
 def _is_between_adjectives(draft: PhraseDraft, place: int) -> bool:
@@ -193,6 +204,8 @@ def _goes_on(draft: PhraseDraft, place: int) -> bool:
 
 def _bracket(draft: PhraseDraft, place: int, token: Token) -> None:
     """Read a bracket: an oxidation state, which is a part of the name before it, a source, or anything else."""
+    if place <= draft.skip:
+        return
     if place == 0 and token.inner and token.inner[0].low == "from":
         draft.open("from", token.start)
         draft.phrase.substances += [item for part in read_phrases(token.inner) for item in part.substances]

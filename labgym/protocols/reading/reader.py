@@ -48,6 +48,10 @@ _ISOLATING = frozenset((
     "Sublime", "Triturate",
 ))  # fmt: skip
 """Operations with which a procedure may end: they leave a product."""
+REACTING = frozenset(
+    ("Cool", "Heat", "Hydrogenate", "Irradiate", "Microwave", "Reflux", "SetTemperature", "Stir", "Wait")
+)
+"""Operations with which a text may end before a product is isolated."""
 _FILLED: frozenset[Verb] = frozenset((
     "Add", "AdjustPH", "Cool", "Dissolve", "Heat", "Hydrogenate", "Irradiate", "MakeSolution", "Microwave", "Quench",
     "Reflux", "SetTemperature", "Stir", "Transfer", "Wait",
@@ -276,7 +280,8 @@ def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:
     for phrase in operation.phrases:
         for remark in phrase.remarks:
             draft.own(*remark)
-    nouns = {noun for phrase in before if VESSELS.isdisjoint(phrase.nouns) for noun in phrase.nouns}
+    nouns = {noun for phrase in before if VESSELS.isdisjoint(phrase.nouns) for noun in phrase.nouns} - {"apparatus"}
+    nouns = set() if any(phrase.prep == "of" and phrase.is_measured for phrase in after) else nouns
     made = head.marker in ("by", "via", "through")
     if is_first and not draft.actions and nouns and not substances(before) and not made:
         draft.started_with_batch = True
@@ -294,7 +299,8 @@ def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:
     draft.manners = lows(clause.group) & MANNERS.keys()
     begin = len(draft.actions)
     weighed = [item for item in substances(before) or substances(after[:1]) if item.is_measured]
-    if head.low == "collected" and any(not item.weak or "product" in _text(draft, item) for item in weighed):
+    collects = head.low == "collected" or (head.low == "separated" and not head.passive)
+    if collects and any(not item.weak or "product" in _text(draft, item) for item in weighed):
         give(draft, operation)
     else:
         _FRAMES.get(head.word.frame, hold)(draft, operation)
@@ -331,7 +337,12 @@ def _add_rest(draft: ActionDraft, operation: PhrasedOperation, begin: int) -> No
     """
     tokens = (*operation.clause.before, *operation.clause.group, *operation.clause.after)
     rest = [item for item in substances(operation.phrases) if not draft.owned[item.start]]
-    measured = [item for item in rest if item.is_measured and _text(draft, item).split()[0] not in STATIONARY]
+    filled = [item for item in rest if item.is_measured and _text(draft, item).split()[0] not in STATIONARY]
+    measured = [
+        item
+        for before, item in zip([None, *rest], rest, strict=False)
+        if item in filled or (item.solvent and before in filled)
+    ]
     named = [item for phrase in operation.after if phrase.prep for item in phrase.substances if item in rest]
     if operation.verb in _FILLED and measured and not lows(tokens) & _GAINED:
         takes = tuple(draft.portion(item) for item in measured)[:30]
@@ -392,9 +403,9 @@ def _outcome(draft: ActionDraft, missing: Sequence[Unread]) -> Outcome:
         return "refers"
     before = [action for action in draft.actions if action.verb in ("Add", "MakeSolution", "Dissolve", "Hydrogenate")]
     measured = any(_is_measured(portion.amount) for action in before for portion in action.takes)
-    quantities = any(item.why.startswith("amount") for item in missing)
+    quantities = any(item.why.startswith(("amount", "number", "unit")) for item in missing)
     last = next((verb for verb in reversed(verbs) if verb not in ("Analyze", "Wash", "Monitor")), "")
-    ends = "Yield" in verbs or last in _ISOLATING
+    ends = "Yield" in verbs or last in _ISOLATING or last in REACTING
     is_clear = not (draft.started_with_batch or quantities or draft.doubts)
     return "complete" if measured and ends and is_clear else "partial"
 

@@ -28,7 +28,7 @@ _REFERS = re.compile(
     r"fashion) (?:as|of)|[Ii]n a manner (?:analogous|similar|identical)"
     r"|^As (?:for|in) (?:Example|Step|Preparation)|(?:made|prepared|synthesi[sz]ed) as above\b"
     r"|(?:[Ff]ollowing|[Bb]y|[Uu]sing|[Uu]nder|from) "
-    r"(?!(?:\w+ ){0,2}conditions for)(?:essentially )?(?:the |"
+    r"(?!(?:\w+ ){0,2}(?:conditions (?:for|in (?!an? example)[\da])|procedure in which))(?:essentially )?(?:the |"
     r"a )?(?:\w+ )?(?:general )?(?:procedures?|methods?|conditions|process) (?:of|in|described|"
     r"as|detailed|from|outlined|above|given|similar|analogous|for|that)"
     r"|(?:[Gg]eneral|[Ss]tandard) (?:[Pp]rocedure|[Mm]ethod)s? [A-Z\d]\b|"
@@ -56,10 +56,14 @@ _MADE = re.compile(
     re.IGNORECASE,
 )
 _ORIGIN = re.compile(
-    r"(?<!was )(?<!were )(?<!is )(?<!are )(?<!be )(?<=\S )(?:prepared|obtained|synthesi[sz]ed|produced|made) $"
+    r"(?<!was )(?<!were )(?<!is )(?<!are )(?<!be )(?<=\S )"
+    r"(?:prepared|obtained|synthesi[sz]ed|produced|made|manufactured|equipped)(?: (?:in|by) (?:the|a))? $"
 )
+_APPARATUS = re.compile(r"\b(?:apparatus|bomb|reactor|vessel|equipment|flask|autoclave)s?(?: \w+){0,4} $")
+"""Words before a reference that is to the apparatus of another procedure."""
 _APPOSED = re.compile(r"\), (?:prepared|obtained|synthesi[sz]ed|produced|made) $")
 """The origin of what has its amount in a bracket: "anisole (2 g), prepared according to the method of"."""
+_MAKES = re.compile(r"(?:made|prepared|synthesi[sz]ed) ")
 _GOES_ON = re.compile(r"\b(?:was|were|is|are)\b")
 """A sentence goes on behind the words on where its material came from: "X, prepared as in Example 1, was heated"."""
 CUT_DATA = 120
@@ -74,9 +78,11 @@ def reference(text: str, start: int, end: int) -> re.Match[str] | None:
     if not _MADE.search(text, start, end + CUT_DATA):
         return None
     for match in _REFERS.finditer(text, start, end):
-        before = text[start : match.start()]
-        is_origin = _ORIGIN.search(before) is not None and _GOES_ON.search(text, match.end(), end) is not None
-        is_origin = is_origin or _APPOSED.search(before) is not None
+        made = _MAKES.match(match[0])
+        before = text[start : match.start() + (made.end() if made is not None else 0)]
+        goes_on = _GOES_ON.search(text, match.end(), end) or _GOES_ON.search(text, start, match.start())
+        is_origin = _ORIGIN.search(before) is not None and goes_on is not None
+        is_origin = is_origin or _APPOSED.search(before) is not None or _APPARATUS.search(before) is not None
         inside = sum(map(before.count, "([")) > sum(map(before.count, ")]"))
         if not is_origin and not inside:
             return match

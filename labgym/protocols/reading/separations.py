@@ -21,7 +21,8 @@ from labgym.protocols.reading.mentions import SubstanceMention, TextPhrase
 from labgym.protocols.reading.phrases import read_phrases
 
 _COLUMN = re.compile(
-    r"\b(?:column|silica|chromatograph\w*|hplc|biotage|flash|tlc|spe|combiflash|isco|alumina|sio2)\b", re.IGNORECASE
+    r"\b(?:column|silica|chromatograph\w*|hplc|biotage|flash|tlc|spe|prep(?:lc)?|mplc|combiflash|isco|alumina|sio2)\b",
+    re.IGNORECASE,
 )
 _SOLVENTS = frozenset((
     "solvent", "solvents", "volatiles", "solution", "liquor", "components", "excess", "thf", "ether", "ethanol",
@@ -37,6 +38,8 @@ _UNWANTED = frozenset((
     "charcoal", "carbon", "urea", "inorganics", "salts",
 ))  # fmt: skip
 """Words for a solid that a filtration takes away."""
+_WET = frozenset(("Extract", "Partition", "Wash"))
+"""Operations behind which two layers are there."""
 _UNDISSOLVED = frozenset(("insolubles", "insoluble", "undissolved"))
 """Words for a solid that may be the product or not."""
 _REMOVING = re.compile(
@@ -69,8 +72,7 @@ def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
         return
     if head.low.startswith(("remov", "elimin", "freed")):
         subject = lows(operation.clause.before) | (set() if head.passive else lows(operation.clause.after[:6]))
-        if head.method and verb == "Filter" and subject & _NOT_SOLVENT:
-            _filter(draft, operation)
+        if _is_filtered_off(draft, operation, subject):
             return
         if not _is_evaporated(draft, operation, subject):
             return
@@ -93,6 +95,17 @@ def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
         draft.last_solid = False
         draft.act(verb, operation, takes, note=note or _reached(draft, operation))
         _leave(draft, after)
+
+
+def _is_filtered_off(draft: ActionDraft, operation: PhrasedOperation, subject: set[str]) -> bool:
+    """Append the filtration that removes a solid, and return whether that is all: "after removal of the catalyst"."""
+    method = operation.verb == "Filter" and operation.head.method != ""
+    dried = draft.last_verb == "DrySolution" and bool(subject & {"sulfate", "sulphate", "agent", "desiccant"})
+    alone = dried or ("catalyst" in subject and draft.last_verb != "Filter")
+    if not alone and not (method and subject & _NOT_SOLVENT):
+        return False
+    _filter(draft, operation)
+    return method or not subject & {"solvent", "solvents"}
 
 
 def _leave(draft: ActionDraft, phrases: Sequence[TextPhrase]) -> None:
@@ -130,12 +143,13 @@ def _charge_subject(draft: ActionDraft, operation: PhrasedOperation) -> None:
 
 
 def _reached(draft: ActionDraft, operation: PhrasedOperation) -> str:
-    """Return the note of an evaporation that ends at a volume, "to 50 mL", and own it; "" of others."""
+    """Return the volume to which an evaporation goes, "to 50 mL", or that it takes off, and own it; "" of others."""
     volumes = [item for phrase in operation.after for item in phrase.loose if item.kind == "volume"]
-    if operation.verb != "Concentrate" or not volumes:
+    off = [item for phrase in operation.before for item in phrase.loose if item.kind in ("volume", "parts")]
+    if operation.verb not in ("Concentrate", "Distill") or not volumes + off:
         return ""
-    draft.own_all(volumes)
-    return f"to {draft.text[volumes[0].start : volumes[0].end]}"
+    draft.own_all(volumes + off)
+    return ", ".join([f"to {item.text}" for item in volumes[:1]] + [item.text for item in off])
 
 
 def _is_on_a_column(operation: PhrasedOperation) -> bool:
@@ -179,7 +193,7 @@ def collect(draft: ActionDraft, operation: PhrasedOperation) -> None:
     elif near & LAYERS and is_thrown:
         other = {"organic": "aqueous", "aqueous": "organic"}.get(layer or "")
         draft.act("PhaseSeparation", operation, part=None, keep=other)
-    elif near & (LAYERS | EXTRACTS | {"organics"}):
+    elif near & (LAYERS | EXTRACTS | {"organics"}) or ("fraction" in near and draft.last_verb in _WET):
         note = f"{place} layer" if place else ""
         draft.act("CollectLayer", operation, keep=layer, note=note)
     elif head.low.startswith("decant"):
@@ -188,11 +202,12 @@ def collect(draft: ActionDraft, operation: PhrasedOperation) -> None:
         draft.act("Filter", operation, keep=kept, note="decant", assumed=() if is_named else ("keep",))
     elif near & (SOLID | {"crystal", "product"}):
         _filter(draft, operation)
-    elif near & _LIQUID_BATCHES:
+    elif near & _LIQUID_BATCHES or (head.low in ("separated", "separating") and draft.last_verb in _WET):
         draft.act("CollectLayer" if layer else "PhaseSeparation", operation, part=None, keep=layer)
     elif head.low in ("separated", "separating"):
         _filter(draft, operation)
-        draft.doubt(operation.span, "whether a layer or a solid is separated is not clear")
+        if not near & _UNWANTED:
+            draft.doubt(operation.span, "whether a layer or a solid is separated is not clear")
 
 
 def _is_noted(draft: ActionDraft, operation: PhrasedOperation, near: set[str]) -> bool:
@@ -244,7 +259,7 @@ def _dry(draft: ActionDraft, operation: PhrasedOperation) -> None:
     if operation.head.marker == "after" and not agents and draft.last_verb in ("DrySolution", "DrySolid"):
         return
     before = lows(operation.clause.before)
-    words = before | lows(operation.clause.after)
+    words = before | lows((*operation.clause.group, *operation.clause.after))
     heated = any(item.kind in ("temperature", "pressure") for item in operation.conditions)
     airy = bool(words & _DRYING) or "-" in operation.head.low
     solid = draft.last_solid or bool(before & (SOLID | {"residue", "foam", "powder"}))

@@ -9,10 +9,10 @@ from itertools import accumulate
 from typing import Literal
 
 from labgym.protocols.reading.figures import QuantitySpan
-from labgym.protocols.reading.lexicon import QUALITIES, SUBSTANCES, VerbWord, names_substance, verb_word
+from labgym.protocols.reading.lexicon import AUXILIARIES, QUALITIES, SUBSTANCES, VerbWord, names_substance, verb_word
 
 TokenKind = Literal["word", "name", "verb", "figure", "mark", "group"]
-_CHUNK = re.compile(r"(?:\((?:\d{0,2}[a-z]?[RSEZ]\*?, ){1,9}(?=\d{0,2}[a-z]?[RSEZ]\*?\)))?\S+")
+_CHUNK = re.compile(r"(?:\((?:\d{0,2}[a-z]?[RSEZ]{1,2}\*?, ){1,9}(?=\d{0,2}[a-z]?[RSEZ]{1,2}\*?\)))?\S+")
 """A word; spaces between the descriptors of a stereoisomer are a part of it: "(2S, 4S)-1-phenyl"."""
 LONGEST_BRACKET = 400
 """Longest bracket, characters; a longer one is taken for two signs that do not belong together."""
@@ -42,6 +42,7 @@ _ABBREVIATIONS = frozenset(
         "temp.",
         "b.p.",
         "m.p.",
+        "m.",
         "lit.",
         "cf.",
         "vs.",
@@ -91,7 +92,8 @@ _DATA = re.compile(
     r"[Bb]oiling point|bp\b|ultraviolet absorption"
     r"|infrared (?:absorption )?spect|Yield ?[=:]|optical rotation|UV ?[(:]|λ|HPLC(?:[- ]purity|"
     r" ?: )|[Pp]urity ?[=:]|MH\+|\[M ?[+-]"
-    r"|[Ff]ound[:,]|[Oo]verall crude yield|appearance:)"
+    r"|(?:n\.?m\.?r\.?|pmr|ir)(?: spectrum)? \((?=[A-Z])"
+    r"|δ ?H? ?\((?=[A-Z\d])|[Ff]ound[:,]|[Oo]verall crude yield|appearance:)"
 )
 _ROTATION = re.compile(r"\[α\]|\[a\] ?D(?![a-z])")
 
@@ -327,7 +329,7 @@ def _is_measured_before(part: Sequence[Token], follows: Token) -> bool:
 
 
 def _begins_with_number(token: Token) -> bool:
-    weighed = token.figure is not None and token.figure.kind in ("mass", "volume")
+    weighed = token.figure is not None and token.figure.kind in ("mass", "volume", "molarity")
     return (token.kind == "name" or weighed) and token.text[:1].isdigit()
 
 
@@ -387,6 +389,16 @@ def _without_inner_data(tokens: Sequence[Token], places: list[int]) -> Iterator[
         yield token
 
 
+def _before(tokens: Sequence[Token], cut: int) -> Iterator[Token]:
+    """Yield the tokens before a place; a bracket keeps what it holds before it: "a solid (12 g, mp 161 C)"."""
+    for token in tokens:
+        inner = tuple(item for item in token.inner if item.end <= cut)
+        if token.end <= cut:
+            yield token
+        elif any(item.figure is not None for item in inner):
+            yield replace(token, end=inner[-1].end, inner=inner)
+
+
 def _without_data(text: str, tokens: tuple[Token, ...]) -> Sentence:
     if not tokens:
         return Sentence(())
@@ -398,12 +410,14 @@ def _without_data(text: str, tokens: tuple[Token, ...]) -> Sentence:
         return Sentence(tokens)
     cut = min(places)
     later = [k for k, token in enumerate(tokens) if token.start >= cut]
-    if any(tokens[k].kind == "verb" and k and tokens[k - 1].low in ("was", "is", "were", "are") for k in later):
-        stop = next((k for k in later if tokens[k].text == ","), None)
-        if stop is not None:
-            kept = tuple(token for k, token in enumerate(tokens) if token.end <= cut or k >= stop)
-            return Sentence(kept)
-    kept = tuple(token for token in tokens if token.end <= cut)
+    done = [k - 1 for k in later if tokens[k].kind == "verb" and k and tokens[k - 1].low in AUXILIARIES]
+    if done:
+        stop = next((k for k in later if tokens[k].text == ","), done[0])
+        head = list(_before(tokens, cut))
+        if stop in (done[0], done[0] - 1):
+            stop, head = done[0], head[: -1 if head and head[-1].text == "," else None]
+        return Sentence((*head, *tokens[stop:]))
+    kept = tuple(_before(tokens, cut))
     return Sentence(kept, (kept[-1].end if kept else start, end))
 
 

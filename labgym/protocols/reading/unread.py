@@ -16,6 +16,7 @@ from labgym.protocols.reading.draft import ASIDE, EXTRACTS, LAYERS, ActionDraft,
 from labgym.protocols.reading.figures import QuantitySpan
 from labgym.protocols.reading.lexicon import QUALITIES, SOLUTIONS, is_code, is_stop
 from labgym.protocols.reading.mentions import CONDITIONS, MEASURES
+from labgym.protocols.reading.observed import place_observed
 from labgym.protocols.reading.stated import written
 from labgym.protocols.reading.tokens import Sentence, Token, leaves
 
@@ -35,8 +36,13 @@ _CLASSES = frozenset((
 _RESULTING = frozenset((
     "resulting", "resultant", "residual", "desired", "crude", "corresponding", "formed", "title", "obtained",
 ))  # fmt: skip
-_BATHS = frozenset(("bath", "baths", "addition", "evolution", "uptake", "absorption", "derivative"))
-"""Nouns before which a name says what a bath holds, repeats what was added, is a gas that escapes, or a class."""
+_REMAINING = frozenset(("excess", "unreacted", "remaining", "residual", "any", "unconsumed"))
+"""Words before the name of what was taken before."""
+_BATHS = frozenset((
+    "bath", "baths", "addition", "evolution", "uptake", "absorption", "derivative", "tube", "foil", "chest", "tower",
+    "trap", "separator", "condenser", "funnel", "balloon", "stream", "blanket", "line", "lamp", "aspirator",
+))  # fmt: skip
+"""Nouns before which a name says what a bath or a device holds, repeats what was added, or is a gas or a class."""
 MAX_ABBREVIATION = 8
 """Longest name in parentheses that repeats the name before them."""
 _CHECKED = MEASURES | CONDITIONS
@@ -58,6 +64,11 @@ _HAPPENING = frozenset((
 """Words for what happens by itself to what stands before them."""
 _BETWEEN = frozenset(("so", "thus", "then", "was", "is", "were", "are", "which", "that", "of", "the"))
 """Words between a name and what happens to it: "the salt of the amine, which then precipitated"."""
+_ADSORBENTS = frozenset(("darco", "norit", "norite"))
+_TAKING = frozenset(("solvent", "eluent", "eluant", "some", "containing", "with", "plus", "using", "few"))
+"""Words with which a bracket begins that holds something that is used."""
+_ADDED = frozenset(("added", "introduced", "poured", "used", "with"))
+"""Words behind a name that goes into the vessel."""
 _REMOVED = frozenset(("removed", "replaced", "withdrawn"))
 _COLUMNS = ("column", "columns", "cartridge")
 
@@ -75,7 +86,7 @@ def unread(draft: ActionDraft, parts: Iterable[Sentence]) -> Iterator[Unread]:
         before |= {item.start: token for token in sentence.tokens if _measures(token) for item in token.inner}
         for token in leaves(sentence.tokens):
             why = _lack(draft, before.get(token.start), token, stated)
-            if why:
+            if why and not place_observed(draft, sentence.tokens, token):
                 text = draft.text[token.start : token.end][:1000]
                 yield Unread(start=token.start, end=token.end, text=text, why=why)
 
@@ -85,7 +96,7 @@ def _is_remark(draft: ActionDraft, tokens: Sequence[Token]) -> bool:
 
     It has no operation, no participle of one and no quantity; the title before the actions has nothing but names.
     """
-    spans = [action.span for action in draft.actions if action.span is not None]
+    spans = [action.span for action in draft.actions if action.span is not None and action.verb != "Analyze"]
     if not spans or not tokens or clauses(tokens):
         return False
     if any(item.figure is not None and item.figure.kind in _CHECKED for item in leaves(tokens)):
@@ -157,7 +168,7 @@ def _own_descriptions(draft: ActionDraft, tokens: Sequence[Token], taken: set[st
     """Own names that describe the batch or repeat a name: "the ether solution", "N-chlorosuccinimide (NCS)"."""
     for before, run, following in _name_runs(tokens):
         describes = following is not None and following.low in LAYERS | EXTRACTS | _BATHS
-        describes = describes or _happens(draft, tokens, before, run)
+        describes = describes or _happens(draft, tokens, before, run) or _is_batch(draft, tokens, before, run)
         if describes or _is_class(before, run, following) or _is_named_again(draft, before, run, following, taken):
             draft.own(_bath_start(tokens, run) if describes else run[0].start, run[-1].end)
     _own_observed(draft, tokens)
@@ -170,8 +181,10 @@ def _own_descriptions(draft: ActionDraft, tokens: Sequence[Token], taken: set[st
         is_column = token.low in ("silica", "gel", "alumina") and following.low in _COLUMNS
         if is_column and any(action.verb == "Chromatograph" for action in draft.actions):
             _own_column(draft, tokens, token)
-        inner = [item for item in following.inner if item.kind not in ("mark", "figure")]
-        abbreviates = len(inner) == 1 and inner[0].kind == "name" and len(inner[0].text) <= MAX_ABBREVIATION
+        inner = [item for item in following.inner if item.kind != "mark"]
+        alone = len(inner) == 1 or (_weighs(following) and all(item.figure is not None for item in inner[1:]))
+        abbreviates = bool(inner) and alone and inner[0].kind == "name" and len(inner[0].text) <= MAX_ABBREVIATION
+        abbreviates = abbreviates and not inner[0].text.islower() and inner[0].low not in _ADSORBENTS
         if following.kind == "group" and abbreviates and draft.owned[token.end - 1]:
             draft.own(inner[0].start, inner[0].end)
 
@@ -180,7 +193,7 @@ def _is_comment(group: Token) -> bool:
     """Return whether a bracket without a figure comments on what stands before it: "(gummy in ether)"."""
     first, *rest = group.inner or (group,)
     names = [item for item in rest if item.kind == "name"]
-    comments = first.kind == "word" and not first.low.startswith("prewash") and first.low not in QUALITIES
+    comments = first.kind == "word" and first.low not in QUALITIES | _TAKING and not first.low.startswith("prewash")
     return bool(names) and comments and all(item.figure is None for item in leaves(group.inner))
 
 
@@ -212,9 +225,19 @@ def _happens(draft: ActionDraft, tokens: Sequence[Token], before: Sequence[str],
     if not draft.actions or (ahead and (ahead[0].figure is not None or _measures(ahead[0]))):
         return False
     words = [token.low for token in ahead if token.kind != "name"]
-    if set(before) & _RESULTING and "added" not in words:
+    if (set(before) & _RESULTING and "added" not in words) or words[:1] in (["obtained"], ["thus"]):
         return True
     return next((word for word in words if word not in _BETWEEN), "") in _HAPPENING
+
+
+def _is_batch(draft: ActionDraft, tokens: Sequence[Token], before: Sequence[str], run: Sequence[Token]) -> bool:
+    """Return whether a name without an amount is of the batch: "the CH2Cl2 solution", "excess A was destroyed"."""
+    place = next(k for k, token in enumerate(tokens) if token is run[-1])
+    ahead = [token.low for token in tokens[place + 1 : place + 5]]
+    definite = bool({"the", "this"} & {token.low for token in tokens[max(0, place - len(run) - 4) : place]})
+    solved = definite and ahead[:1] in (["solution"], ["mixture"], ["suspension"])
+    rest = before[-1:] in (["excess"], ["unreacted"]) and ahead[:1] in (["was"], ["is"], ["were"])
+    return bool(draft.actions) and (solved or rest) and not _ADDED & set(ahead) | {"of", "()"} & set(ahead[:2])
 
 
 def _own_shares(draft: ActionDraft, tokens: Sequence[Token]) -> None:
@@ -241,7 +264,8 @@ def _is_named_again(
     known = name == "catalyst" or name in names or name in {item.split()[-1] for item in names if item}
     solved = following is not None and following.low in SOLUTIONS
     measured = following is not None and (following.figure is not None or (following.kind == "group" and not solved))
-    return known and not measured and (solved or bool({"the", "this", "all"} & set(before)))
+    definite = bool({"the", "this", "all"} & set(before)) or bool(_REMAINING & set(before[-1:]))
+    return known and not measured and (solved or definite or name == "catalyst")
 
 
 def _own_observed(draft: ActionDraft, tokens: Sequence[Token]) -> None:
@@ -295,6 +319,11 @@ def _is_numbering(before: Token | None, number: Token) -> bool:
     inside = before is not None and before.end > number.start
     closed = before is not None and before.kind == "group" and not (inside and "." in number.text)
     return before is None or before.kind in ("name", "mark") or closed or named
+
+
+def _weighs(token: Token) -> bool:
+    """Return whether a bracket has a mass or an amount of substance."""
+    return any(item.figure is not None and item.figure.kind in ("mass", "substance") for item in token.inner)
 
 
 def _measures(token: Token) -> bool:

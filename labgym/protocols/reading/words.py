@@ -29,9 +29,11 @@ _SUPPORTS = frozenset(
 )
 _NAME_TAILS = frozenset(("gel", "earth", "ester", "salt", "dust", "reagent", "sieves"))
 _LEAD_SALTS = frozenset(("acetate", "azide", "carbonate", "chloride", "iodide", "nitrate", "oxide", "sulfate"))
-_DEVICES = frozenset((
+DEVICES = frozenset((
     "condenser", "funnel", "inlet", "mantle", "separator", "stirrer", "syringe", "thermometer", "trap", "tube",
 ))  # fmt: skip
+_HOLDING = (["of"], ["containing"])
+"""What stands behind the volume of a solution: "a solution (4 mL) of HCl in ether"."""
 _TAILS = _NAME_TAILS | frozenset(
     ("example", "step", "formula", "free", "base", "charcoal", "catalyst", "oil", "powder", "solid")
 )
@@ -122,7 +124,7 @@ def _equipment(draft: PhraseDraft, word: Word) -> bool:
 
 def _is_device(tokens: Sequence[Token]) -> bool:
     """Return whether tokens name a further part of an apparatus: "and a water separator"."""
-    named = any(token.kind == "name" for token in tokens) and not _DEVICES & {token.low for token in tokens}
+    named = any(token.kind == "name" for token in tokens) and not DEVICES & {token.low for token in tokens}
     return bool(tokens) and not named and not any(token.kind in ("figure", "group") for token in tokens)
 
 
@@ -172,6 +174,16 @@ def _preposition(draft: PhraseDraft, word: Word) -> bool:
     return True
 
 
+def _salt_solution(draft: PhraseDraft, word: Word) -> bool:
+    """Read "solution" behind "salt" as a part of the name: brine."""
+    known = word.low == "solution" and draft.last is not None and draft.adjacent
+    if not known or draft.tokens[word.place - 1].low != "salt":
+        return False
+    assert draft.last is not None
+    draft.last.end = word.token.end
+    return True
+
+
 def _solution_noun(draft: PhraseDraft, word: Word) -> bool:
     """Read "solution" and the like: it holds what follows "of", or it is a word for the batch."""
     phrase = draft.phrase
@@ -199,6 +211,12 @@ def _solution_noun(draft: PhraseDraft, word: Word) -> bool:
     if draft.last is not None and phrase.solution is None and [item.low for item in ahead] == ["()", "of"]:
         if not draft.separated and not draft.last.is_measured:
             draft.last.solvent, phrase.solution = True, word.token
+            return True
+    if draft.last is None and phrase.solution is None and ahead and [item.low for item in ahead[1:]] in _HOLDING:
+        volumes = [item.figure for item in ahead[0].inner if item.figure is not None]
+        if len(volumes) == len(ahead[0].inner) == 1 and volumes[0].kind == "volume":
+            phrase.solution, draft.skip = word.token, word.place + 1
+            draft.solution_amounts += volumes
             return True
     if (word.after == "()" and phrase.solution is None and not phrase.substances) or draft.last is None:
         phrase.nouns.append(word.token.low)
@@ -307,6 +325,7 @@ _RULES = (
     _conjunction,
     _supported,
     _preposition,
+    _salt_solution,
     _solution_noun,
     _solvent_adjective,
     _strength,

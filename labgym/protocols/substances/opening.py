@@ -38,7 +38,7 @@ from labgym.protocols.substances.sources import database_structures, parsed_stru
 _LEADING = re.compile(
     r"^(?:(?:half[- ])?saturated|sat(?:'?d|\.)?|aqueous|aq\.?|concentrated|conc\.?|dilute|dil\.?|glacial|anhydrous|dry|"
     r"absolute|fresh(?:ly distilled)?|crude|pure|solid|powdered|ice[- ]cold|cold|hot|warm|boiling|excess|catalytic|"
-    r"gaseous|liquid|methanolic|ethanolic|ethereal|alcoholic|commercial|granular|activated|the|an?)\b[\s,]*",
+    r"gaseous|liquid|melted|molten|methanolic|ethanolic|isopropanolic|ethereal|alcoholic|commercial|granular|activated|the|an?)\b[\s,]*",
     re.IGNORECASE,
 )
 _TRAILING = re.compile(
@@ -46,7 +46,7 @@ _TRAILING = re.compile(
 )
 _REMARK = re.compile(r"^(.*[^\s(])\s+\(([^()]*)\)$")
 _STRENGTH = re.compile(r"^\s*\d+(?:\.\d+)?\s*(?:M|N|%|wt\s?%|mol/L)\s+(?:solution\s+of\s+)?(?=\D)")
-_ISOMERS = re.compile(r"^\(?(?:E/Z|Z/E|cis/trans|trans/cis|rac\.?|[dD],?[lL]|RS|±|\+/-)\)?-\s?")
+_ISOMERS = re.compile(r"^\(?(?:E/Z|Z/E|cis/trans|trans/cis|all-cis|rac\.?|[dD],?[lL]|RS|±|\+/-)\)?-\s?")
 """Begin of the name of a mixture of stereoisomers."""
 _THIO = re.compile(r"(?<=yl)thio(?=benz(?:o(?:yl|ic|ate|nitrile)|aldehyde))", re.IGNORECASE)
 """An alkylthio group before the name of an acid, which parsers read as a thio acid."""
@@ -57,7 +57,14 @@ _REPRINTED = (
     (re.compile(r"\s(?=\((?:0|I{1,3}|IV|VI)\))"), ""),
     (re.compile("[\u2032\u2019]"), "'"),
     (re.compile(r"sulph(?=[aeio])", re.IGNORECASE), "sulf"),
-    (re.compile(r"(?<=benzene) (?=sul(?:f|ph)onyl)"), ""),
+    (re.compile(r"(?<=benzene) (?=sul(?:f|ph)onyl|boronic)"), ""),
+    (re.compile(r"(?<=-)l(?=\(\dH\))"), "1"),
+    (re.compile(r"(?<=\d),(?=[a-z]\])"), "-"),
+    (re.compile(r"imidazol(?=\[)"), "imidazo"),
+    (re.compile(r"-?\[(\d)\.(?=\d-[a-z]\])"), r"[\1,"),
+    (re.compile(r"(?<=-\d-)ine\b"), "yne"),
+    (re.compile(r"(?<![\d,'])(\d{1,2})-\(([RS])\)-"), r"(\1\2)-\1-"),
+    (re.compile(r"(?<![\d,])(\d)-H-(?=[a-z])"), r"\1H-"),
     (re.compile(r"[.·]\s?HCl$"), " hydrochloride"),
     (re.compile(r"[.·]\s?2\s?HCl$"), " dihydrochloride"),
     (re.compile(r"\bN,N1 ?(?=-)"), "N,N'"),
@@ -72,9 +79,10 @@ _REPRINTED = (
 )
 """Slips of printed names with their systematic spelling: "[1.4]benzoxazine", "tert.butyl", "amine.HCl"."""
 _MORPHEMES = (
-    "aluminum", "benzyloxy", "bromide", "carbonyl", "carboxy", "chloride", "chloro", "cyclohex", "cyclopent",
-    "fluoride", "fluoro", "hydrochlor", "hydroxy", "imidazol", "methoxy", "methylsilyl", "methylthio", "morpholin",
-    "phenoxy", "piperazin", "piperidin", "pyrrolidin", "silyloxy",
+    "aluminum", "benzylidene", "benzyloxy", "bromide", "carbodiimide", "carbonyl", "carboxy", "carboxylic",
+    "chloride", "chloro", "cyclohex", "cyclopent", "disilazide", "fluoride", "fluoro", "hydrochlor", "hydroxy",
+    "imidazol", "methoxy", "methylsilyl", "methylthio", "morpholin", "phenoxy", "piperazin", "piperidin",
+    "pyrrolidin", "silyloxy",
 )  # fmt: skip
 """Parts of names of which misprints with a letter that is left out, doubled or swapped with the next are known."""
 _LABEL = re.compile(
@@ -93,7 +101,7 @@ PLACEHOLDER = "unnamed "
 """Begin of the name of a substance that is only known by its class."""
 _NUMBER = r"(\d{1,3}(?:\.\d{1,2})?)"
 _RATIO = re.compile(rf"(?<![\s(\[])[\s(\[]*+(?<![\d.]){_NUMBER}\s*[:/]\s*{_NUMBER}(?:\s*+,?\s*+\(?v/v\)?)?[)\]\s]*$")
-_JOINTS = re.compile(r"[\s/:+\u2013-]+(?:and\s+)?")
+_JOINTS = re.compile(r"[\s/:+\u2013\u2014-]+(?:and\s+)?")
 MAX_WORDS = 6
 """Most words of a mixture of two solvents."""
 

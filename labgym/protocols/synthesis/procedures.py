@@ -18,7 +18,7 @@ from labgym.protocols.language import language_of
 from labgym.protocols.model import Protocol
 from labgym.protocols.reading.actions import ActionList
 from labgym.protocols.reading.figures import figures, plain
-from labgym.protocols.reading.reader import read_procedure
+from labgym.protocols.reading.reader import REACTING, read_procedure
 from labgym.protocols.reading.tokens import sentences
 from labgym.protocols.refusals import (
     is_ordinary_dinitro,
@@ -117,7 +117,7 @@ def prepared(actions: ActionList) -> tuple[Experiment | None, tuple[str, ...], t
     listed = _dried(_weighed_parts(listed, notes), notes)
     if not any(action.takes for action in listed):
         return None, tuple(notes), (*lacks, "the text names no material that is added: say what reacts with what")
-    if not actions.product:
+    if listed[-1].verb in REACTING or not actions.product:
         notes.append("the text does not name what is isolated")
     if actions.outcome == "partial" and not lacks:
         lacks.append(
@@ -212,7 +212,7 @@ def _with_layers(actions: Sequence[Action]) -> list[Action]:
 
 
 def _is_addition(action: Action) -> bool:
-    return action.verb == "Add" and bool(action.takes)
+    return action.verb in ("Add", "Pour") and bool(action.takes)
 
 
 def _with_collected(actions: Sequence[Action]) -> list[Action]:
