@@ -159,8 +159,8 @@ def navigation(scope: Scope = WHOLE, policies: Texts = (), run: Run = HERE) -> i
     """Table 4: policies in layouts before and after the refinement for navigation.
 
     Args:
-        policies: Names of policies; by default astar, dwa, iplanner, navdp and ppo, with --quick astar and iplanner,
-            as far as their packages are installed.
+        policies: Names or files (.safetensors, ...) of policies; by default all of docs/reproduction.md, with --quick
+            astar and iplanner, as far as their packages are installed.
     """
     return _reproduced(_navigation(scope, policies), run)
 

@@ -55,7 +55,9 @@ def test_a_transition_to_a_place_that_is_missing_is_a_failure(monkeypatch):
     removed = {bench, *descendants(whole, bench)}
     layout = whole.replace(placements=tuple(p for p in whole.placements if p.id not in removed))
     monkeypatch.setattr(drives, "layout_of", lambda *_: (layout, layout))
-    output = drives.drive_case("astar", (StudyVariant("raw", "raw", Method()),), PROTOCOL, 0, "without the bench")
+    output = drives.drive_case(
+        "astar", "astar", (StudyVariant("raw", "raw", Method()),), PROTOCOL, 0, "without the bench"
+    )
     rows = parse_rows(next(iter(output.files.values())), StudyDriveRow)
     assert [(row.start, row.goal) for row in rows] == list(pairwise(PROTOCOL.route))
     for row in rows:
@@ -94,6 +96,13 @@ def test_differences_are_paired_by_transition():
     assert first.cells["spl"].value == pytest.approx((4 * 1.0 + 0.5) / 5)
     assert first.cells["sr"].low is not None
     assert (second.cells["sr"].value, second.cells["sr"].low) == (1.0, None)
+
+
+def test_policies_of_files_have_the_names_of_the_files():
+    study = NavigationStudy(("astar", "runs/ppo-empty.safetensors"), "solver", (PROTOCOL,), range(1))
+    assert [shard.name for shard in study.shards()] == ["astar/sub_01-0", "ppo-empty/sub_01-0"]
+    with pytest.raises(OptionError, match="two have the same name"):
+        NavigationStudy(("a/x.onnx", "b/x.onnx"), "solver", (PROTOCOL,), range(1)).shards()
 
 
 def test_the_size_of_a_study():
