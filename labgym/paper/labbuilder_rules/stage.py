@@ -25,8 +25,8 @@ FLOOR_KINDS = (
 """Kinds that the released program takes as furniture on the floor."""
 ROOM_WITHOUT_OBJECT = (9.0, 9.0)
 """Sides of the room, centered at the origin, if the scene has no object for it, meters."""
-STORAGE = ("Flammable", "Acid", "Base", "Oxidizer", "Toxic", "WaterReactive", "General")
-"""Storage classes of the cabinets of labgym that are reagent cabinets here."""
+STORAGE = ("Flammable", "Acid", "Base", "Oxidizer", "Toxic", "WaterReactive", "Gas", "General")
+"""Storage classes of the cabinets of labgym that are reagent cabinets here; refrigerators are another kind of asset."""
 _WORDS = re.compile(r"(?<=.)(?=[A-Z][a-z])|(?<=[a-z0-9])(?=[A-Z])")
 _QUARTERS = (90.0, 270.0)
 _SPLIT = {name.lower(): _WORDS.sub("_", name).lower() for name in FLOOR_KINDS[:6]}

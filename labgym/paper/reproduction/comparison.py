@@ -194,12 +194,12 @@ class ComparisonStudy(LayoutStudy):
         return next((variant for variant in self._after(mode) if variant.key == f"{SAMPLER}-{mode}"), None)
 
 
-def proposers(model: bool, names: Sequence[str] = ()) -> dict[str, str | Proposer]:
+def proposers(model: bool, names: Sequence[str] = (), quick: bool = False) -> dict[str, str | Proposer]:
     """Return the proposers of the studies by title: controls, labgym's, the rivals and grades of their stand-in.
 
     Args:
         model: whether a language model is configured.
-        names: titles; by default all.
+        names: titles; by default all, without the grades if the study is quick.
 
     Raises:
         UnknownNameError: no proposer has that title; lists all.
@@ -214,7 +214,7 @@ def proposers(model: bool, names: Sequence[str] = ()) -> dict[str, str | Propose
     every = {"nothing": NothingProposer(), "heap": HeapProposer(), **named, **graded}
     for name in names:
         check_name("proposer", name, every)
-    return {name: every[name] for name in names or every}
+    return {name: every[name] for name in names or every if names or not quick or name not in graded}
 
 
 def comparison_variants(chosen: Mapping[str, str | Proposer]) -> tuple[StudyVariant, ...]:
