@@ -173,18 +173,27 @@ class NavigationStudy(Study[StudyDriveRow]):
         )
 
     def _differences(self, rows: Sequence[StudyDriveRow]) -> FigureTable:
+        """Return what the refinement changes for each policy, and what the others lack of the first in its layouts."""
+        groups: dict[tuple[str, str], list[StudyDriveRow]] = {
+            (name, state): [] for name in self.labels for state in (PROPOSAL, BEFORE, AFTER)
+        }
+        for row in rows:
+            groups[row.policy, row.variant].append(row)
+        base, *others = self.labels
+        pairs = {
+            f"{name}, {title}": (groups[name, first], groups[name, second])
+            for name in self.labels
+            for (first, second), title in DIFFERENCES.items()
+        }
+        pairs |= {
+            f"{name} minus {base}, with refinement": (groups[base, AFTER], groups[name, AFTER]) for name in others
+        }
         return FigureTable(
             key="differences",
             title="Paired differences",
             first="Policy",
             columns=COLUMNS,
-            lines=tuple(
-                FigureLine(
-                    name=f"{policy}, {title}", cells=_paired([row for row in rows if row.policy == policy], *between)
-                )
-                for policy in self.labels
-                for between, title in DIFFERENCES.items()
-            ),
+            lines=tuple(FigureLine(name=name, cells=_paired(*pair)) for name, pair in pairs.items()),
             notes=("Over the transitions that exist in both layouts.",),
         )
 
@@ -205,11 +214,8 @@ def _means(rows: Sequence[StudyDriveRow]) -> dict[str, FigureCell]:
     return {column.key: mean_cell([_values(row)[column.key] for row in rows], clusters, "share") for column in COLUMNS}
 
 
-def _paired(rows: Sequence[StudyDriveRow], first: str, second: str) -> dict[str, FigureCell]:
-    before, after = (
-        {(row.protocol, row.seed, row.index): _values(row) for row in rows if row.variant == key}
-        for key in (first, second)
-    )
+def _paired(first: Sequence[StudyDriveRow], second: Sequence[StudyDriveRow]) -> dict[str, FigureCell]:
+    before, after = ({(row.protocol, row.seed, row.index): _values(row) for row in rows} for rows in (first, second))
     shared = [key for key in before if key in after]
     return {
         column.key: estimate_cell(
