@@ -234,7 +234,7 @@ def _comparison(arguments: ScopeArguments, judge: Mode | None = None, names: Tex
     from labgym.paper.reproduction.scope import model_name
 
     scope, model = arguments.scope("comparison"), model_name()
-    variants = comparison_variants(proposers(bool(model), names, arguments.quick))
+    variants = comparison_variants(proposers(bool(model), names, arguments.quick, sees=judge is not None))
     return ComparisonStudy(variants, scope.protocols, scope.seeds, model=model, judge=_judge(judge))
 
 
