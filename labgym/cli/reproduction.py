@@ -138,8 +138,8 @@ def comparison(scope: Scope = WHOLE, proposers: Texts = (), judge: OptionalMode 
     Each proposer raw, with the phases of the paper alone, and with labgym's.
 
     Args:
-        proposers: Proposers such as nothing heap sampler; by default all of docs/reproduction.md, and with a language
-            model (LABGYM_LLM_BASE_URL, LABGYM_LLM_MODEL) those that ask it.
+        proposers: Proposers such as nothing heap sampler; by default all of docs/reproduction.md, with --quick without
+            the grades, and with a language model (LABGYM_LLM_BASE_URL, LABGYM_LLM_MODEL) those that ask it.
         judge: Let the configured vision-language model score pictures of each layout: strict, medium or lenient.
     """
     return _reproduced(_comparison(scope, judge, proposers), run)
@@ -159,8 +159,8 @@ def navigation(scope: Scope = WHOLE, policies: Texts = (), run: Run = HERE) -> i
     """Table 4: policies in layouts before and after the refinement for navigation.
 
     Args:
-        policies: Names of policies; by default astar, dwa, iplanner, navdp and ppo, with --quick astar and iplanner,
-            as far as their packages are installed.
+        policies: Names or files (.safetensors, ...) of policies; by default all of docs/reproduction.md, with --quick
+            astar and iplanner, as far as their packages are installed.
     """
     return _reproduced(_navigation(scope, policies), run)
 
@@ -234,7 +234,7 @@ def _comparison(arguments: ScopeArguments, judge: Mode | None = None, names: Tex
     from labgym.paper.reproduction.scope import model_name
 
     scope, model = arguments.scope("comparison"), model_name()
-    variants = comparison_variants(proposers(bool(model), names))
+    variants = comparison_variants(proposers(bool(model), names, arguments.quick, sees=judge is not None))
     return ComparisonStudy(variants, scope.protocols, scope.seeds, model=model, judge=_judge(judge))
 
 

@@ -20,6 +20,10 @@ from labgym.navigation.goals import ANYWHERE, SAME_PLACE, same_place
 
 NO_PAIR = -1
 """Index of a drive whose start and goal are both passed."""
+LEAST_DRIVE_M = 1.5
+"""Least distance between start and goal of a drive between free poses, meters."""
+TRIES = 200
+"""Number of drives that are drawn to find one between free poses."""
 FORMS = {3: "(x, y, yaw)", 2: "(x, y)"}
 
 
@@ -74,6 +78,23 @@ def check_drivable(world: World, pair: GoalPair) -> None:
         f"no path from start {start} to goal {goal} for a disc of {PLANNING_RADIUS:.2f} m: choose two positions in "
         "the same free region"
     )
+
+
+def free_pair(rng: np.random.Generator, world: World) -> GoalPair:
+    """Return a drive between two random poses at which the robot fits, more than `LEAST_DRIVE_M` apart.
+
+    Raises:
+        OptionError: none of the poses drawn fit.
+    """
+    low_x, low_y, high_x, high_y = world.layout.floor.bounds
+    for _ in range(TRIES):
+        ends = rng.uniform((low_x, low_y, -math.pi), (high_x, high_y, math.pi), size=(2, 3)).round(3).tolist()
+        start, goal = ((x, y, yaw) for x, y, yaw in ends)
+        pair = GoalPair(0, start, goal, ANYWHERE, ANYWHERE)
+        if math.dist(start[:2], goal[:2]) > LEAST_DRIVE_M and world.plannable_at(start) and world.plannable_at(goal):
+            if math.isfinite(world.shortest_length(pair)):
+                return pair
+    raise OptionError(f"layout {world.layout.id!r}: no two free poses more than {LEAST_DRIVE_M:g} m apart were drawn")
 
 
 def _pose(name: str, value: Any, lengths: tuple[int, ...], floor: Floor) -> Pose:

@@ -105,8 +105,9 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     - `distance_to_go` ("grid"): how the reward measures the way to the goal. "grid" is the shortest path on a 5 cm
       grid, which leaves out passages up to 0.15 m wider than the disc; "exact" is the shortest any-angle path, through
       every passage that the disc fits.
-    - `training` ("rooms"): the layouts of "train": "rooms", one-room laboratories of the presets; or a function of a
-      module that returns training layout `number`, 0 to 10^7 - 1.
+    - `training` ("rooms"): the layouts of "train": "rooms", one-room laboratories of the presets; "empty", rooms
+      without furniture and with drives between free poses; or a function of a module that returns training layout
+      `number`, 0 to 10^7 - 1.
     - `pool` (None): a `labgym.envs.LayoutPool`, whose processes prepare training layouts in advance. It changes the
       time that `reset` takes and nothing else.
     - `resident_mb` (512): prepared layouts of a split stay in memory up to this size for each process, and a reset in

@@ -12,7 +12,7 @@ import numpy as np
 
 from labgym import protocols
 from labgym.counts import is_whole
-from labgym.envs.endpoints import check_drivable, pair_between, passed_ends
+from labgym.envs.endpoints import check_drivable, free_pair, pair_between, passed_ends
 from labgym.envs.residents import RESIDENT_MB, check_budget
 from labgym.envs.training import ROOMS, LayoutSource, training_floor
 from labgym.envs.training_layouts import TrainingLayouts
@@ -67,7 +67,7 @@ class TaskSource:
             "floors-train" for newly generated floors.
         layout: a fixed layout: a `Layout`, the path of one, or the id of a published one.
         protocol: a fixed protocol: a `Protocol`, its id or the path of its file.
-        training: the layouts of "train": "rooms", or a function that returns layout `number`.
+        training: the layouts of "train": "rooms", "empty", or a function that returns layout `number`.
         resident_mb: budget of this process for prepared layouts, which stay in memory, megabytes.
         generated: as of `TrainingLayouts`.
 
@@ -128,7 +128,7 @@ class TaskSource:
         drives, chosen = None, layout is not None
         if layout is None:
             layout = self._drawn_layout(rng, protocol, fresh)
-            drives = _split_drives(self._split, layout) if protocol is None else None
+            drives = _drawn_drives(self._split, layout, rng) if protocol is None else None
         protocol = protocol or layout.protocol
         try:
             start, goal = passed_ends(options, layout.floor)
@@ -235,8 +235,10 @@ def _drawn_pair(
     return _numbered(layout, drives, index)
 
 
-def _split_drives(split: str, layout: Layout) -> Sequence[GoalPair] | None:
-    """Return the drives that a published split of floors has on a layout, None for other splits."""
+def _drawn_drives(split: str, layout: Layout, rng: np.random.Generator) -> Sequence[GoalPair] | None:
+    """Return the drives of a published split of floors, a free one in an empty room, or None: those of the protocol."""
+    if not layout.placements and not layout.protocols:
+        return (free_pair(rng, world_of(layout)),)
     if split not in PUBLISHED:
         return None
     suite = _suite(split)

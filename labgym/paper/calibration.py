@@ -2,8 +2,8 @@
 
 It multiplies three groups of the sampler's rates by one factor each, so that its proposals for the protocols, rooms and
 seeds of the published split `val` have the paper's mean numbers of objects out of bounds and of collisions, and its
-share of feasible transitions. The result is published once, in `assets/layouts/sampler.json`, and does not change when
-optimizers or metrics do.
+share of feasible transitions. The rates before and after are published once, in `assets/layouts/sampler.json`, and do
+not change when optimizers or metrics do.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from labgym.layouts.rules.rule_sets import PAPER
 from labgym.layouts.rules.whereabouts import missing_assets
 from labgym.layouts.splits import manifest
 from labgym.paper.sampler import Rates, SamplerFile, SamplerProposer
-from labgym.paper.sampler.rates import GROUPS, Figure
+from labgym.paper.sampler.rates import GROUPS, Figure, calibration
 
 SEEDS = 10
 """Number of seeds of each entry of `val`: the published one and following ones, all in the range of val."""
@@ -40,42 +40,6 @@ CLOSE = 0.01
 UNOPTIMISED = "LabBuilder (w/o geom. & chem. opt.)"
 UNREFINED = "LabBuilder (w/o nav. opt.)"
 """Rows of the paper's Table 3."""
-COMMAND = "python -m labgym.paper.calibration --check"
-FITS = (
-    "three numbers, with one factor for each of three groups of rates: OB and CN of the row 'w/o Geom. & Chem. Opt.' "
-    "of Table 3, and Step of the row 'w/o nav. opt.'. The paper prints no row without both, so the two rows describe "
-    "one proposal here: its geometry before optimization, and its navigation before refinement."
-)
-LEAVES = (
-    "everything else: the shares of the kinds of errors within a group, and the rates outside the groups (forgotten "
-    "things, reagents left out, mixed classes, glass at edges) are assumptions. The other columns are compared, not "
-    "fitted. The counts of the paper are per layout of 23.2 objects; a proposal has about as many, because it lists "
-    "what the protocol and safety require and nothing that makes a room fuller."
-)
-ASSUMED = Rates(
-    thing_forgotten=0.005,
-    place_forgotten=0.01,
-    safety_forgotten=0.2,
-    space_confused=0.05,
-    position_rounded=0.3,
-    width_misjudged=0.1,
-    neighbors_overlooked=0.05,
-    fixed_overlooked=0.1,
-    depth_misjudged=0.1,
-    door_overlooked=0.1,
-    clearance_forgotten=0.3,
-    opposite=0.05,
-    turned=0.05,
-    distance_forgotten=0.5,
-    classes_mixed=0.2,
-    reagent_left_out=0.6,
-    cabinet_confused=0.15,
-    item_misjudged=0.1,
-    over_edge=0.08,
-    height_misjudged=0.02,
-    glass_at_edge=0.6,
-)
-"""The rates before the calibration."""
 
 
 @dataclass(frozen=True)
@@ -141,7 +105,7 @@ def value(name: str, some: Iterable[Proposal]) -> float:
     return float(np.mean([each for proposal in some if (each := _of(proposal, name)) is not None]))
 
 
-def fit(assumed: Rates = ASSUMED, seeds: int = SEEDS) -> tuple[dict[str, float], Rates]:
+def fit(assumed: Rates, seeds: int = SEEDS) -> tuple[dict[str, float], Rates]:
     """Return the factors of the groups, and the rates, with which the targets are reached."""
     factors = dict.fromkeys(GROUPS, 1.0)
     for _ in range(ROUNDS):
@@ -167,19 +131,17 @@ def figures(rates: Rates, seeds: int = SEEDS) -> tuple[Figure, ...]:
 
 
 def calibrate(seeds: int = SEEDS) -> SamplerFile:
-    """Return the calibration, dated today."""
-    factors, rates = fit(ASSUMED, seeds)
-    return SamplerFile(
-        date=datetime.datetime.now(datetime.UTC).date().isoformat(),
-        command=COMMAND,
-        fits=FITS,
-        leaves=LEAVES,
-        layouts=seeds * len(manifest("val").layouts),
-        assumed=ASSUMED,
-        factors=factors,
-        rates=rates,
-        figures=figures(rates, seeds),
-    )
+    """Return the calibration anew, from the assumed rates of the published one, dated today."""
+    published = calibration()
+    factors, rates = fit(published.assumed, seeds)
+    update = {
+        "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
+        "layouts": seeds * len(manifest("val").layouts),
+        "factors": factors,
+        "rates": rates,
+        "figures": figures(rates, seeds),
+    }
+    return published.model_copy(update=update)
 
 
 def _ratio(target: Target, reached: float) -> float:

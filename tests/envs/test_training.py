@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import math
 from collections import Counter
 
 import numpy as np
@@ -10,12 +11,14 @@ import pytest
 import training_sources
 
 from labgym.envs import LabPointNavEnv
+from labgym.envs.endpoints import LEAST_DRIVE_M
 from labgym.envs.training import TrainingRooms, source_of, training_floor
 from labgym.envs.training_layouts import NUMBERS, RESIDENT_LAYOUTS, TURN_EPISODES, LayoutSequence, TrainingLayouts
 from labgym.envs.world import KEPT, World
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import splits
 from labgym.layouts.places import layout_at
+from labgym.navigation import PLANNING_RADIUS
 
 
 def drawn(env: LabPointNavEnv, episodes: int, **first) -> list[str]:
@@ -104,12 +107,33 @@ def test_rooms_of_a_number_are_those_of_train_layout(monkeypatch):
 def test_a_source_that_cannot_be_used_is_refused():
     with pytest.raises(UnknownNameError, match="rooms"):
         source_of("roms", None, "default")
-    with pytest.raises(OptionError, match="'rooms' or a function"):
+    with pytest.raises(OptionError, match="'rooms', 'empty' or a function"):
         environment(training=7)
     with pytest.raises(OptionError, match="has no effect in split 'val'"):
         environment(split="val", training=training_floor)
     with pytest.raises(OptionError, match="only training='rooms' takes a protocol"):
         environment(protocol="alk_03")
+
+
+def test_empty_rooms_have_straight_drives_between_poses_where_the_robot_fits():
+    env = environment(training="empty", episodes_per_layout=64)
+    rooms, drives = set(), set()
+    for seed in range(12):
+        _, info = env.reset(seed=seed)
+        task = env._episode.task
+        room, (start, goal) = task.layout.room, (task.pair.start, task.pair.goal)
+        assert not task.layout.placements
+        assert not task.layout.protocols
+        for x, y, _yaw in (start, goal):
+            assert PLANNING_RADIUS <= x <= room.width - PLANNING_RADIUS
+            assert PLANNING_RADIUS <= y <= room.depth - PLANNING_RADIUS
+        assert info["shortest_path_length"] == pytest.approx(math.dist(start[:2], goal[:2]))
+        assert math.dist(start[:2], goal[:2]) > LEAST_DRIVE_M
+        rooms.add((room.width, room.depth))
+        drives.add((start, goal))
+    assert len(rooms) > 8
+    assert len(drives) == 12
+    assert env.reset(seed=11)[1]["layout"] == info["layout"]
 
 
 def test_floors_are_those_of_floors_train():

@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import math
 
+import numpy as np
 import pytest
+from released_evaluator import figures
 
 from labgym.assets import Catalog
 from labgym.cli import main
@@ -137,6 +139,51 @@ def test_literal_and_corrected_differ(quirk):
     values = [getattr(evaluate_scene(each, LIBRARY, r), figure) for r in (LITERAL, LITERAL.correcting(quirk))]
     assert values == [pytest.approx(literal), corrected if corrected is None else pytest.approx(corrected)]
     assert literal != corrected
+
+
+NAMES = (*(each.id for each in LIBRARY.entries[1:]), "Chair_2", "Beaker_12", "hotbench", "reagent_cabinet", "acetone")
+LABELS = ("floor", "experimental_platform", "ExperimentalPlatform", "reagent_cabinet", "ReagentCabinet", "Shelf", "x")
+
+
+def drawn_scene(rng):
+    """Return a scene of 15 random objects in the form of the authors' files."""
+
+    def item(name, label, x, y, z, turn):
+        position = {"x": x, "y": y, "z": z}
+        return {"id": name, "initial_location": label, "position": position, "rotation": {"z": turn}}
+
+    objects = [item("LaboratoryRoom", "floor", 3.0, 4.0, 0.0, 0.0)]
+    for _ in range(15):
+        x, y = rng.uniform((0.0, 0.5), (6.0, 7.5)).tolist()
+        z = float(rng.choice([0.0, 0.8, 0.9, 1.1, 1.3, 1.5]))
+        turn = float(rng.choice([0.0, 90.0, 180.0, 270.0, -90.0, 30.0]))
+        objects.append(item(str(rng.choice(NAMES)), str(rng.choice(LABELS)), x, y, z, turn))
+    return {"objects": objects}
+
+
+def test_counts_and_scores_are_those_of_a_second_calculation():
+    assets = [
+        {
+            "id": each.id,
+            "name": each.name,
+            "type": each.kind,
+            "geometry": {"bbox": {"short": each.short, "long": each.long, "height": each.height}},
+            "props": dict.fromkeys(each.flags, True),
+        }
+        for each in LIBRARY.entries
+    ]
+    rng, least = np.random.default_rng(0), dict.fromkeys(("ob", "cn", "heights", "incomp_count"), 0)
+    for _ in range(30):
+        drawn = drawn_scene(rng)
+        pieces = tuple(
+            thing(one["id"], *one["position"].values(), one["rotation"]["z"], one["initial_location"])
+            for one in drawn["objects"]
+        )
+        expected = figures(drawn, assets)
+        verdict = evaluate_scene(RatedScene(pieces, (6.0, 8.0)), LIBRARY).model_dump()
+        assert {name: verdict[name] for name in expected} == pytest.approx(expected, abs=1e-9)
+        least = {name: max(number, expected[name]) for name, number in least.items()}
+    assert min(least.values()) > 1
 
 
 def test_satisfaction_has_four_pieces():

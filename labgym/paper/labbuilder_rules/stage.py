@@ -10,6 +10,7 @@ from functools import cached_property
 
 from labgym.layouts import Layout
 from labgym.layouts.placement import FLOOR
+from labgym.layouts.rules.storage import STORAGE_CLASSES
 from labgym.paper.labbuilder.frame import WALL_THICKNESS
 from labgym.paper.labbuilder.scene import LabBuilderScene, key
 from labgym.paper.labbuilder.writing import ROOM, scene_data
@@ -25,8 +26,8 @@ FLOOR_KINDS = (
 """Kinds that the released program takes as furniture on the floor."""
 ROOM_WITHOUT_OBJECT = (9.0, 9.0)
 """Sides of the room, centered at the origin, if the scene has no object for it, meters."""
-STORAGE = ("Flammable", "Acid", "Base", "Oxidizer", "Toxic", "WaterReactive", "General")
-"""Storage classes of the cabinets of labgym that are reagent cabinets here."""
+STORAGE = STORAGE_CLASSES - {"Refrigerator"}
+"""Storage classes of the cabinets of labgym that are reagent cabinets here; refrigerators are another kind of asset."""
 _WORDS = re.compile(r"(?<=.)(?=[A-Z][a-z])|(?<=[a-z0-9])(?=[A-Z])")
 _QUARTERS = (90.0, 270.0)
 _SPLIT = {name.lower(): _WORDS.sub("_", name).lower() for name in FLOOR_KINDS[:6]}

@@ -141,7 +141,7 @@ def measure(
             name, [LayoutRow(variant=variant.key, protocol=protocol.id, seed=seed, failure=str(error)[:500])]
         )
     seconds = time.process_time() - start
-    report = score(layout, protocol, PAPER, profile)
+    report = score(layout, protocol, PAPER, profile, contacts=False)
     if judge is not None:
         report = judged(report, layout, protocol, judge)
     second = score(layout, protocol, TOUCHSTONE, profile, contacts=False)

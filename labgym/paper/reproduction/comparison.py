@@ -30,6 +30,7 @@ from labgym.paper.reproduction.ranking import ranking_lines, ranking_shards
 from labgym.paper.reproduction.study import Study, code_facts
 from labgym.paper.rivals import HolodeckProposer, SceneWeaverProposer
 from labgym.paper.rivals.chamber import chambers
+from labgym.paper.rivals.language import SceneWeaverLanguageProposer
 from labgym.paper.rivals.piece import RivalPiece, layout_of, named, numbers_in_use
 from labgym.paper.rivals.plan import Grade, household_plan
 from labgym.paper.rivals.protocol_plan import required_pieces
@@ -194,12 +195,15 @@ class ComparisonStudy(LayoutStudy):
         return next((variant for variant in self._after(mode) if variant.key == f"{SAMPLER}-{mode}"), None)
 
 
-def proposers(model: bool, names: Sequence[str] = ()) -> dict[str, str | Proposer]:
+def proposers(
+    model: bool, names: Sequence[str] = (), quick: bool = False, sees: bool = False
+) -> dict[str, str | Proposer]:
     """Return the proposers of the studies by title: controls, labgym's, the rivals and grades of their stand-in.
 
     Args:
         model: whether a language model is configured.
-        names: titles; by default all.
+        names: titles; by default all, without the grades if the study is quick.
+        sees: whether the language model also judges pictures, which SceneWeaver then shows it.
 
     Raises:
         UnknownNameError: no proposer has that title; lists all.
@@ -210,11 +214,15 @@ def proposers(model: bool, names: Sequence[str] = ()) -> dict[str, str | Propose
         designer = partial(household_plan, grade=grade)
         graded[f"holodeck-{grade}"] = HolodeckProposer(designer=designer)
         graded[f"sceneweaver-{grade}"] = SceneWeaverProposer(designer=designer, grade=grade)
-    named = {name: name for name in (SAMPLER, SOLVER, "holodeck", "sceneweaver", "holodeck+", *asked)}
+    named: dict[str, str | Proposer] = {
+        name: name for name in (SAMPLER, SOLVER, "holodeck", "sceneweaver", "holodeck+", *asked)
+    }
+    if model and sees:
+        named["sceneweaver-llm"] = SceneWeaverLanguageProposer(sees=True)
     every = {"nothing": NothingProposer(), "heap": HeapProposer(), **named, **graded}
     for name in names:
         check_name("proposer", name, every)
-    return {name: every[name] for name in names or every}
+    return {name: every[name] for name in names or every if names or not quick or name not in graded}
 
 
 def comparison_variants(chosen: Mapping[str, str | Proposer]) -> tuple[StudyVariant, ...]:

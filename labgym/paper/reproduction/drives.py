@@ -51,9 +51,13 @@ class StudyDriveRow(Record):
 
 
 def drive_case(
-    policy: str, variants: tuple[StudyVariant, ...], protocol: Protocol, seed: int, profile: str
+    label: str, policy: str, variants: tuple[StudyVariant, ...], protocol: Protocol, seed: int, profile: str
 ) -> ShardOutput:
     """Generate the layouts of some variants, drive all transitions with a policy, and return a row for each.
+
+    Args:
+        label: of the policy in the rows. policy: its name or file. variants: of the layouts.
+        protocol, seed, profile: as of `layout_of`.
 
     Layouts are generated once in each process, equal layouts are driven once, and the process of a policy stays open
     for the next case.
@@ -66,7 +70,7 @@ def drive_case(
             drives[layout.hash] = _drives(policy, layout, protocol)
         for index, (start, goal) in enumerate(pairwise(protocol.route)):
             row = StudyDriveRow(
-                policy=policy,
+                policy=label,
                 variant=variant.key,
                 protocol=protocol.id,
                 seed=seed,
@@ -79,7 +83,7 @@ def drive_case(
             elif not _coincide(layout, start, goal):
                 drive = drives[layout.hash].get((start, goal))
                 rows.append(row if drive is None else _filled(row, drive))
-    return rows_output(f"{policy}/{protocol.id}-{seed}", rows)
+    return rows_output(f"{label}/{protocol.id}-{seed}", rows)
 
 
 def _filled(row: StudyDriveRow, drive: TransitionRow) -> StudyDriveRow:

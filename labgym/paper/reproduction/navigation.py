@@ -8,7 +8,10 @@ from importlib.util import find_spec
 from typing import Any, ClassVar
 
 from labgym.documents import Record, canonical_hash
+from labgym.errors import OptionError
+from labgym.eval.driving.files import short_name
 from labgym.eval.driving.intervals import bounded_mean
+from labgym.eval.labnav.together import Entrant
 from labgym.eval.reports.paper import paper
 from labgym.layouts.method import Method
 from labgym.paper.reproduction.cases import ROOM, StudyVariant
@@ -26,18 +29,17 @@ from labgym.paper.reproduction.figures import (
 from labgym.paper.reproduction.study import Study, code_facts
 from labgym.policies.kernels import kernel_mode
 from labgym.policies.process import close_shared_process
+from labgym.policies.registry import BUILT_IN
 from labgym.protocols import Protocol
 from labgym.runs import Shard
 
 PROPOSAL, BEFORE, AFTER = "proposal", "before", "after"
-POLICIES = ("astar", "dwa", "iplanner", "navdp", "ppo")
+POLICIES = ("astar", "bug2", "dwa", "straight", "iplanner", "lidar-lstm", "navdp", "ppo", "ppo-depth")
 QUICK_POLICIES = ("astar", "iplanner")
 DIFFERENCES = {
     (BEFORE, AFTER): "with refinement minus without",
     (PROPOSAL, AFTER): "with refinement minus proposal alone",
 }
-LEARNED = frozenset({"iplanner", "navdp", "ppo"})
-"""Policies that need torch."""
 COLUMNS = (
     FigureColumn(key="sr", heading="Success ↑"),
     FigureColumn(key="spl", heading="SPL ↑"),
@@ -51,7 +53,7 @@ class NavigationStudy(Study[StudyDriveRow]):
     """Policies, each in the same laboratories before and after refinement.
 
     Attributes:
-        policies: names. proposer: name of the proposer of the layouts.
+        policies: names or files. proposer: name of the proposer of the layouts.
         protocols, seeds: of the layouts. profile: thresholds.
         model: name of the language model that the proposer asks; empty without one.
     """
@@ -65,6 +67,18 @@ class NavigationStudy(Study[StudyDriveRow]):
     name: ClassVar[str] = "navigation"
     unit: ClassVar[str] = "laboratory"
     row: ClassVar[type[Record]] = StudyDriveRow
+
+    @property
+    def labels(self) -> dict[str, str]:
+        """The policies by their names in tables.
+
+        Raises:
+            OptionError: two have the same.
+        """
+        labels = {short_name(policy): policy for policy in self.policies}
+        if len(labels) < len(self.policies):
+            raise OptionError(f"policies {', '.join(self.policies)}: two have the same name; rename a file")
+        return labels
 
     def variants(self) -> tuple[StudyVariant, ...]:
         """Return the proposal alone, and the paper's phases without and with the refinement.
@@ -83,7 +97,7 @@ class NavigationStudy(Study[StudyDriveRow]):
     def inputs(self) -> dict[str, Any]:
         """Return policies, methods, protocols by hash, seeds and kernels."""
         return {
-            "policies": list(self.policies),
+            "policies": {label: Entrant.of(policy).fingerprint for label, policy in self.labels.items()},
             "proposer": self.proposer,
             "variants": {variant.key: variant.method.options for variant in self.variants()},
             "protocols": {protocol.id: canonical_hash(protocol.to_json()) for protocol in self.protocols},
@@ -97,8 +111,12 @@ class NavigationStudy(Study[StudyDriveRow]):
     def shards(self) -> Sequence[Shard]:
         """Return a shard for each policy, protocol and seed; those of a policy are consecutive."""
         return tuple(
-            Shard(f"{policy}/{protocol.id}-{seed}", drive_case, (policy, self.variants(), protocol, seed, self.profile))
-            for policy in self.policies
+            Shard(
+                f"{label}/{protocol.id}-{seed}",
+                drive_case,
+                (label, policy, self.variants(), protocol, seed, self.profile),
+            )
+            for label, policy in self.labels.items()
             for protocol in self.protocols
             for seed in self.seeds
         )
@@ -118,7 +136,7 @@ class NavigationStudy(Study[StudyDriveRow]):
                 f"{len(self.policies)} policies.",
             ),
             facts={
-                "policies": ", ".join(self.policies),
+                "policies": ", ".join(self.labels),
                 "proposer": self.proposer,
                 "protocols": f"{len(self.protocols)}: {', '.join(protocol.id for protocol in self.protocols)}",
                 "seeds": f"layouts {self.seeds[0]} to {self.seeds[-1]}, policies {DRIVE_SEED}",
@@ -132,7 +150,7 @@ class NavigationStudy(Study[StudyDriveRow]):
 
     def _table(self, rows: Sequence[StudyDriveRow]) -> FigureTable:
         lines = []
-        for policy in self.policies:
+        for policy in self.labels:
             for variant in self.variants():
                 own = [row for row in rows if row.policy == policy and row.variant == variant.key]
                 lines.append(FigureLine(name=f"{policy}, {variant.title}", cells=_means(own)))
@@ -149,32 +167,41 @@ class NavigationStudy(Study[StudyDriveRow]):
                 "(labgym generate --no-facility).",
                 "A transition counts as failed, with SPL 0, if a location is not placed; SPL is also 0 if no path "
                 "exists for a disc of 0.30 m.",
-                "labgym's policies were trained in laboratories, the paper's in households: the levels are not "
-                "comparable, the differences are.",
+                "The paper's policies were trained in households, those that labgym ships in its laboratories: only "
+                "the level of a policy that saw no laboratory compares with the paper's.",
             ),
         )
 
     def _differences(self, rows: Sequence[StudyDriveRow]) -> FigureTable:
+        """Return what the refinement changes for each policy, and what the others lack of the first in its layouts."""
+        groups: dict[tuple[str, str], list[StudyDriveRow]] = {
+            (name, state): [] for name in self.labels for state in (PROPOSAL, BEFORE, AFTER)
+        }
+        for row in rows:
+            groups[row.policy, row.variant].append(row)
+        base, *others = self.labels
+        pairs = {
+            f"{name}, {title}": (groups[name, first], groups[name, second])
+            for name in self.labels
+            for (first, second), title in DIFFERENCES.items()
+        }
+        pairs |= {
+            f"{name} minus {base}, with refinement": (groups[base, AFTER], groups[name, AFTER]) for name in others
+        }
         return FigureTable(
             key="differences",
             title="Paired differences",
             first="Policy",
             columns=COLUMNS,
-            lines=tuple(
-                FigureLine(
-                    name=f"{policy}, {title}", cells=_paired([row for row in rows if row.policy == policy], *between)
-                )
-                for policy in self.policies
-                for between, title in DIFFERENCES.items()
-            ),
+            lines=tuple(FigureLine(name=name, cells=_paired(*pair)) for name, pair in pairs.items()),
             notes=("Over the transitions that exist in both layouts.",),
         )
 
 
 def installed(policies: Sequence[str]) -> tuple[str, ...]:
-    """Return the policies whose packages are installed."""
+    """Return the built-in policies whose packages are installed."""
     torch = find_spec("torch") is not None
-    return tuple(policy for policy in policies if torch or policy not in LEARNED)
+    return tuple(policy for policy in policies if torch or not BUILT_IN[policy].extra)
 
 
 def _values(row: StudyDriveRow) -> dict[str, float]:
@@ -187,11 +214,8 @@ def _means(rows: Sequence[StudyDriveRow]) -> dict[str, FigureCell]:
     return {column.key: mean_cell([_values(row)[column.key] for row in rows], clusters, "share") for column in COLUMNS}
 
 
-def _paired(rows: Sequence[StudyDriveRow], first: str, second: str) -> dict[str, FigureCell]:
-    before, after = (
-        {(row.protocol, row.seed, row.index): _values(row) for row in rows if row.variant == key}
-        for key in (first, second)
-    )
+def _paired(first: Sequence[StudyDriveRow], second: Sequence[StudyDriveRow]) -> dict[str, FigureCell]:
+    before, after = ({(row.protocol, row.seed, row.index): _values(row) for row in rows} for rows in (first, second))
     shared = [key for key in before if key in after]
     return {
         column.key: estimate_cell(

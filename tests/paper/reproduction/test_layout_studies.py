@@ -297,7 +297,10 @@ def test_every_proposer_is_compared_raw_with_the_phases_of_the_paper_and_with_al
         assert (pure.method.optimise, pure.method.refine, pure.pure) == (True, True, True)
         assert (full.method.optimise, full.method.refine, full.pure) == (True, True, False)
     assert {"llm", "holodeck-llm"} <= set(proposers(True))
-    assert list(proposers(False, ["heap", "nothing"])) == ["heap", "nothing"]
+    assert list(proposers(False, ["heap", "nothing"], quick=True)) == ["heap", "nothing"]
+    every, quick = list(proposers(False)), list(proposers(False, quick=True))
+    assert quick == [name for name in every if not name.endswith(("-list", "-stations"))]
+    assert len(quick) == len(every) - 4 == 7
     with pytest.raises(UnknownNameError, match="proposer 'hoard'"):
         proposers(False, ["hoard"])
 

@@ -55,7 +55,9 @@ def test_a_transition_to_a_place_that_is_missing_is_a_failure(monkeypatch):
     removed = {bench, *descendants(whole, bench)}
     layout = whole.replace(placements=tuple(p for p in whole.placements if p.id not in removed))
     monkeypatch.setattr(drives, "layout_of", lambda *_: (layout, layout))
-    output = drives.drive_case("astar", (StudyVariant("raw", "raw", Method()),), PROTOCOL, 0, "without the bench")
+    output = drives.drive_case(
+        "astar", "astar", (StudyVariant("raw", "raw", Method()),), PROTOCOL, 0, "without the bench"
+    )
     rows = parse_rows(next(iter(output.files.values())), StudyDriveRow)
     assert [(row.start, row.goal) for row in rows] == list(pairwise(PROTOCOL.route))
     for row in rows:
@@ -63,9 +65,11 @@ def test_a_transition_to_a_place_that_is_missing_is_a_failure(monkeypatch):
         assert (row.driven, row.success, row.spl > 0.9) == (not lost,) * 3
 
 
-def row(variant: str, protocol: str, success: bool, spl: float, contacts: int = 0) -> StudyDriveRow:
+def row(
+    variant: str, protocol: str, success: bool, spl: float, contacts: int = 0, policy: str = "astar"
+) -> StudyDriveRow:
     return StudyDriveRow(
-        policy="astar",
+        policy=policy,
         variant=variant,
         protocol=protocol,
         seed=0,
@@ -94,6 +98,23 @@ def test_differences_are_paired_by_transition():
     assert first.cells["spl"].value == pytest.approx((4 * 1.0 + 0.5) / 5)
     assert first.cells["sr"].low is not None
     assert (second.cells["sr"].value, second.cells["sr"].low) == (1.0, None)
+
+
+def test_policies_are_compared_with_the_first_in_refined_laboratories():
+    study = NavigationStudy(("astar", "straight"), "solver", (PROTOCOL,), range(1))
+    rows = [row("after", f"p{k}", True, 1.0) for k in range(6)]
+    rows += [row("after", f"p{k}", k > 1, 0.5 * (k > 1), policy="straight") for k in range(6)]
+    line = study.figures(rows).tables[1].lines[-1]
+    assert line.name == "straight minus astar, with refinement"
+    assert line.cells["sr"].value == pytest.approx(-2 / 6, abs=1e-6)
+    assert line.cells["spl"].value == pytest.approx((-2 - 4 * 0.5) / 6, abs=1e-6)
+
+
+def test_policies_of_files_have_the_names_of_the_files():
+    study = NavigationStudy(("astar", "runs/ppo-empty.safetensors"), "solver", (PROTOCOL,), range(1))
+    assert [shard.name for shard in study.shards()] == ["astar/sub_01-0", "ppo-empty/sub_01-0"]
+    with pytest.raises(OptionError, match="two have the same name"):
+        NavigationStudy(("a/x.onnx", "b/x.onnx"), "solver", (PROTOCOL,), range(1)).shards()
 
 
 def test_the_size_of_a_study():

@@ -1,19 +1,32 @@
 """Rivals with a language model, over a loopback connection: its answer is used, and nonsense still gives a layout."""
 
+import base64
+import io
 import json
+from collections import Counter
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from labgym.layouts.generate import resolve_request
 from labgym.layouts.method import make_proposer, proposer_names
 from labgym.layouts.placement import FLOOR
 from labgym.llm import LanguageModelError
+from labgym.paper.rivals.chamber import chambers
 from labgym.paper.rivals.language import (
     HolodeckLanguageProposer,
     HolodeckPlusLanguageProposer,
     SceneWeaverLanguageProposer,
 )
+from labgym.paper.rivals.language.proposers import ModelPlanner, PictureGuide
+from labgym.paper.rivals.piece import RivalPiece
+from labgym.paper.rivals.sceneweaver.critic import Critique, SceneProblem
+from labgym.paper.rivals.sceneweaver.policy import WeaverAction
+from labgym.paper.rivals.sceneweaver.scene import WeaverItem, WeaverScene
+from labgym.paper.rivals.sceneweaver.tools import Toolbox
 
 
 def listed(name: str, quantity: int = 1, place: str = "edge", **fields: Any) -> dict[str, Any]:
@@ -111,3 +124,33 @@ def test_both_spellings_of_holodeck_plus_name_the_same_proposer(request_):
     assert spellings[0] == spellings[1]
     assert isinstance(spellings[0], HolodeckPlusLanguageProposer)
     assert "holodeck-plus-llm" not in proposer_names()
+
+
+def test_sceneweaver_shows_a_model_that_sees_a_picture_of_a_bare_bench(loopback, model_at, request_):
+    chamber, model = chambers(request_)[0], model_at()
+    bench = RivalPiece("LabBench_1", request_.catalog.get("LabBench"), 2.5, 2.0, 0.0)
+    scene, guide = WeaverScene((WeaverItem(bench),)), PictureGuide(model, request_, chamber)
+    tops = [
+        {"name": "beaker", "quantity": 2},
+        {"name": "fume hood", "quantity": 1},
+        {"name": "elephant", "quantity": 5},
+    ]
+    loopback.says(json.dumps({"objects": tops}))
+    toolbox = Toolbox(request_, chamber, np.random.default_rng(0), Counter({"LabBench": 1}), guide)
+    problem = SceneProblem("layout", "bare", bench.id)
+    filled = toolbox.act(scene, WeaverAction(problem, "picture"), Critique(0, {}, (problem,)))
+    assert [top.asset.name for top in filled.on(bench.id)] == ["Beaker", "Beaker"]
+    picture = loopback.requests[0]["messages"][1]["content"][1]["image_url"]["url"]
+    image = Image.open(io.BytesIO(base64.b64decode(picture.partition(",")[2])))
+    assert len(image.getcolors(image.width * image.height)) > 100
+    assert replace(toolbox, guide=None).act(scene, WeaverAction(problem, "picture"), Critique(0, {}, ())) is scene
+
+
+@pytest.mark.parametrize("sees", [False, True])
+def test_the_tool_picture_is_there_for_a_model_that_sees(loopback, model_at, sees):
+    bare = SceneProblem("layout", "bare", "LabBench_1")
+    loopback.says(json.dumps({"stop": False, "problem": 0, "tool": "picture"}))
+    action = ModelPlanner(model_at(), "a laboratory", sees=sees).choose(Critique(0, {}, (bare,)))
+    assert action is not None
+    assert (action.tool == "picture") == sees
+    assert ("picture" in str(loopback.requests[0]["messages"][1]["content"])) == sees

@@ -5,6 +5,7 @@ The forms of its answers are here: the list of objects, and the step that a plan
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -50,6 +51,12 @@ class ListedObject(Record):
     place: Literal["edge", "middle"]
     relations: Annotated[list[RelatedTo], Field(max_length=8)]
     on_top: Annotated[list[OnTop], Field(max_length=20)]
+
+
+class ListedSurface(Record):
+    """Small objects for a piece of furniture."""
+
+    objects: Annotated[list[OnTop], Field(max_length=20)]
 
 
 class ListedRoom(Record):
@@ -128,9 +135,13 @@ def _large(listed: ListedObject, asset: Asset, index: int, first: dict[str, str]
         for one in listed.relations
         if one.target in first and one.relation not in ("edge", "middle")
     ]
-    tops = [(_retrieved(top.name, catalog), top.quantity) for top in listed.on_top]
-    small = [top for top, quantity in tops if top is not None and top.placing == "desktop" for _ in range(quantity)]
-    return Large(f"{asset.name}-{index}", asset, tuple(constraints), tuple(small))
+    return Large(f"{asset.name}-{index}", asset, tuple(constraints), tuple(small_assets(listed.on_top, catalog)))
+
+
+def small_assets(listed: Sequence[OnTop], catalog: Catalog) -> list[Asset]:
+    """Return the assets that stand on furniture, each as often as it is listed; unknown names are left out."""
+    found = [(_retrieved(top.name, catalog), top.quantity) for top in listed]
+    return [asset for asset, count in found if asset is not None and asset.placing == "desktop" for _ in range(count)]
 
 
 def _retrieved(name: str, catalog: Catalog) -> Asset | None:

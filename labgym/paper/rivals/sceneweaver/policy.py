@@ -14,7 +14,7 @@ import numpy as np
 
 from labgym.paper.rivals.sceneweaver.critic import Critique, Fault, SceneProblem
 
-Tool = Literal["add", "crowd", "remove", "resize", "move", "rotate", "relate"]
+Tool = Literal["add", "crowd", "picture", "remove", "resize", "move", "rotate", "relate"]
 
 CONFIDENCE: dict[Fault, dict[Tool, float]] = {
     "collision": {"move": 0.7, "remove": 0.5, "resize": 0.4},

@@ -23,7 +23,7 @@ from labgym.paper.rivals.sceneweaver.critic import Critique, critique
 from labgym.paper.rivals.sceneweaver.physics import cleared, settle
 from labgym.paper.rivals.sceneweaver.policy import Planner, TablePlanner, WeaverAction
 from labgym.paper.rivals.sceneweaver.scene import WeaverScene
-from labgym.paper.rivals.sceneweaver.tools import Toolbox
+from labgym.paper.rivals.sceneweaver.tools import Guide, Toolbox
 
 STEPS = 15
 """Greatest number of steps, the initial scene and the end included (`max_steps`)."""
@@ -49,6 +49,7 @@ class SceneWeaverProposer:
         designer: lists the large objects of the initial scene. planner: makes the planner of a run.
         source: who the designer and the planner are, for the layout's provenance.
         grade: what the critic knows of the protocol.
+        guide: makes what looks at pictures for the tool `picture`; None without one.
     """
 
     name: str = "sceneweaver"
@@ -57,6 +58,7 @@ class SceneWeaverProposer:
     planner: Callable[[np.random.Generator], Planner] = TablePlanner
     source: str = "table"
     grade: Grade = "description"
+    guide: Callable[[Request, Chamber], Guide] | None = None
 
     def propose(self, request: Request) -> Layout:
         """Return SceneWeaver's scene in the largest laboratory space."""
@@ -75,7 +77,8 @@ class SceneWeaverProposer:
         """Return the final scene of a space, and the steps that led to it."""
         generator = generator_of(request, STREAM)
         named = named_to(request, self.grade)
-        toolbox = Toolbox(request, chamber, generator, Counter(numbers_in_use(request)))
+        guide = None if self.guide is None else self.guide(request, chamber)
+        toolbox = Toolbox(request, chamber, generator, Counter(numbers_in_use(request)), guide)
         scene = settle(toolbox.initial(_first(self.designer(request, generator), chamber)), chamber)
         history = [WeaverStep(None, True, critique(scene, chamber, named))]
         planner = self.planner(generator)

@@ -1,16 +1,16 @@
 """SceneWeaver's tools: add, remove, resize, move, rotate and relate objects. Each makes a scene that physics settles.
 
-Public repository Scene-Weaver/SceneWeaver, folder `Pipeline/app/tool`: add_gpt (add), add_crowd (crowd), remove_obj,
-update_size (resize), update_layout, update_rotation, add_relation. The catalog's sizes are true ones, so an object is
-resized by exchange for another size of its model. Tools that need pictures (add_acdc) and datasets of homes
-(init_metascene, init_physcene) are left out.
+Public repository Scene-Weaver/SceneWeaver, folder `Pipeline/app/tool`: add_gpt (add), add_crowd (crowd), add_acdc
+(picture), remove_obj, update_size (resize), update_layout, update_rotation, add_relation. The catalog's sizes are true
+ones, so an object is resized by exchange for another size of its model. Datasets of homes (init_metascene,
+init_physcene) are left out.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from string import digits
 
@@ -31,17 +31,20 @@ from labgym.paper.rivals.spawning import MOST, spawn
 
 BATCH = 5
 """Objects that a step of add adds at most, an assumption: a step of add_gpt adds a list of objects."""
+Guide = Callable[[WeaverScene, RivalPiece], Sequence[Asset]]
+"""Returns small objects for a piece of furniture, seen in a picture of the scene."""
 _TABLE = {choice.asset: choice for choice in household.FLOOR}
 
 
 @dataclass
 class Toolbox:
-    """The tools, with what they need: the space, the random numbers, and the ids in use."""
+    """The tools, with what they need: the space, the random numbers, the ids in use, and what looks at pictures."""
 
     request: Request
     chamber: Chamber
     generator: np.random.Generator
     counts: Counter[str]
+    guide: Guide | None = None
 
     def act(self, scene: WeaverScene, action: WeaverAction, critique: Critique) -> WeaverScene:
         """Return the scene after a step, before physics."""
@@ -50,6 +53,9 @@ class Toolbox:
             return self._add(scene, problem, critique)
         if action.tool == "crowd":
             return self._crowd(scene, scene.by_id[problem.subject].piece)
+        if action.tool == "picture":
+            parent = scene.by_id[problem.subject].piece
+            return self._stock(scene, parent, () if self.guide is None else self.guide(scene, parent))
         if action.tool == "remove":
             return scene.without([problem.subject or self._superfluous(scene)])
         if action.tool == "resize":
