@@ -82,6 +82,7 @@ def with_remedies(error: InfeasibleError, request: Request) -> InfeasibleError:
         text = f"{words}: {'; '.join(remedy.text for remedy in changes)}"
     else:
         text = "no single change of services, keep-outs, fixed pieces, protocols or sizes up to 3.2 m was found to help"
+        text += f"; {error.remedy}"
     return error.with_remedy(text)
 
 

@@ -1,11 +1,13 @@
 """What `generate` says when it returns no layout, or less than the full furnishing."""
 
 import pytest
+from floor_shapes import two_rooms
 
 import labgym.layouts.interiors.furnisher as furnisher
 from labgym.cli import main
 from labgym.errors import InfeasibleError, SearchLimitError
 from labgym.layouts import Door, Room, generate, room_presets
+from labgym.layouts.floor import Floor, Rectangle, Space
 
 FRONT = (Door(wall="front", offset=1.5),)
 
@@ -65,3 +67,41 @@ def test_every_preset_for_new_layouts_has_two_exits_far_apart():
         assert [door.wall for door in room.doors] == ["front", "right"]
         apart = ((room.width - x) ** 2 + y**2) ** 0.5
         assert apart > (room.width**2 + room.depth**2) ** 0.5 / 2.0
+
+
+def bay_and_study(exit_of_study: bool) -> Floor:
+    """A laboratory of 8 x 8 m and a study behind a door of 0.8 m, which has an exit of its own or none."""
+    floor = two_rooms(width=0.8)
+    front, right, back, left, inner = floor.walls
+    moved = {
+        "front": front.model_copy(update={"end": (11.2, -0.1)}),
+        "right": right.model_copy(
+            update={
+                "start": (11.2, -0.1),
+                "end": (11.2, 8.1),
+                "openings": right.openings if exit_of_study else (),
+            }
+        ),
+        "back": back.model_copy(update={"start": (11.2, 8.1), "end": (-0.1, 8.1), "openings": ()}),
+        "left": left.model_copy(update={"start": (-0.1, 8.1)}),
+        "inner": inner.model_copy(update={"start": (8.05, 0.0), "end": (8.05, 8.0)}),
+    }
+    spaces = (
+        Space(id="lab", region=(Rectangle(x1=8.0, y1=8.0),)),
+        Space(id="study", x=8.1, region=(Rectangle(x1=3.0, y1=8.0),)),
+    )
+    return Floor(walls=tuple(moved.values()), spaces=spaces)
+
+
+def test_a_space_behind_a_door_that_is_too_narrow_for_a_way_out_stays_empty():
+    layout = generate("sub_01", floor=bay_and_study(exit_of_study=False))
+    assert layout.provenance.options["empty"] == ["study"]
+    assert all(item.position[0] < 8.1 for item in layout.placements if item.support == "floor")
+
+
+def test_exits_that_no_wide_way_joins_with_one_laboratory_are_refused_with_their_places():
+    with pytest.raises(
+        InfeasibleError, match=r"no way 0\.90 m wide leads from the exit of 'lab' at .* to 1 of 2"
+    ) as caught:
+        generate("sub_01", floor=bay_and_study(exit_of_study=True))
+    assert "remove exits" in str(caught.value)

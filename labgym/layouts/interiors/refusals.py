@@ -21,8 +21,10 @@ from labgym.layouts.pieces import pieces, unit_of
 from labgym.layouts.request import Request
 from labgym.layouts.rules import facility
 from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.egress import cut_off
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.site import Site
+from labgym.layouts.rules.thresholds import EGRESS_WIDTH
 from labgym.layouts.stocking import plan_cabinets
 
 Pieces = Mapping[str, Sequence[tuple[Unit, OrientedBox]]]
@@ -120,6 +122,25 @@ def check_floor(request: Request, grounds: Sequence[Ground]) -> None:
                 break
     if conflicts:
         raise InfeasibleError(_sentence(request, "cannot hold"), conflicts, None, remedy="change the floor")
+
+
+def reached(request: Request, grounds: Sequence[Ground]) -> list[Ground]:
+    """Return the spaces to which ways of the required width lead from all exits; the others stay empty.
+
+    Raises:
+        InfeasibleError: no space for laboratory work is reached.
+    """
+    missed = cut_off(request.floor) if len(grounds) > 1 else {}
+    able = [ground for ground in grounds if not any(ground.space in spaces for spaces in missed.values())]
+    if all(ground.use == "corridor" for ground in able):
+        conflicts = [
+            f"no way {EGRESS_WIDTH:.2f} m wide leads from {entrance} to {len(spaces)} of {len(grounds)} spaces"
+            for entrance, spaces in missed.items()
+            if spaces
+        ]
+        remedy = "widen the doors on these ways, or remove exits, so that a way leads from each exit to one laboratory"
+        raise InfeasibleError(_sentence(request, "cannot hold"), conflicts, None, remedy=remedy)
+    return able
 
 
 def _fixed_conflicts(request: Request) -> list[str]:
