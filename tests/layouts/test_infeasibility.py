@@ -8,6 +8,8 @@ from labgym.cli import main
 from labgym.errors import InfeasibleError, SearchLimitError
 from labgym.layouts import Door, Room, generate, room_presets
 from labgym.layouts.floor import Floor, Rectangle, Space
+from labgym.layouts.generate import resolve_request
+from labgym.layouts.interiors import FloorProposer, proposer
 
 FRONT = (Door(wall="front", offset=1.5),)
 
@@ -105,3 +107,13 @@ def test_exits_that_no_wide_way_joins_with_one_laboratory_are_refused_with_their
     ) as caught:
         generate("sub_01", floor=bay_and_study(exit_of_study=True))
     assert "remove exits" in str(caught.value)
+
+
+def test_walls_that_are_too_short_for_the_pieces_are_refused_without_a_search(monkeypatch):
+    monkeypatch.setattr(proposer, "furnish_spaces", lambda *_: pytest.fail("a search began"))
+    request = resolve_request(["sub_01", "cyc_03", "red_05"], room=Room(width=5.0, depth=4.0, doors=FRONT))
+    with pytest.raises(InfeasibleError, match=r"m wide together; the walls at which they can stand are") as caught:
+        FloorProposer(patience="short").plan(request)
+    needed, usable = (float(part.split()[-1]) for part in str(caught.value).split(" m ") if part[-1].isdigit())
+    assert usable <= 2.0 * (5.0 + 4.0) - 0.9
+    assert usable < needed

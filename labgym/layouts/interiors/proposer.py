@@ -24,7 +24,7 @@ from labgym.layouts.interiors.filling import Names
 from labgym.layouts.interiors.furnisher import FurnishedSpace, Share, furnish
 from labgym.layouts.interiors.interior import Interior, fixed_pieces
 from labgym.layouts.interiors.needs import EXTRA_HOODS, Needs, needs_of, relaxed
-from labgym.layouts.interiors.refusals import check_floor, check_places, failure, reached
+from labgym.layouts.interiors.refusals import check_floor, check_places, check_walls, failure, reached
 from labgym.layouts.interiors.safeguards import with_safeguards
 from labgym.layouts.interiors.setups import assembled
 from labgym.layouts.interiors.siting import distances_from
@@ -182,6 +182,7 @@ class FloorProposer:
         grounds = grounds_of(request.floor)
         check_floor(request, grounds)
         grounds = reached(request, grounds)
+        check_walls(request, needs_of(request, np.random.default_rng(request.seed), 0).required, grounds)
         entropy = int.from_bytes(hashlib.sha256(request.protocol.id.encode()).digest()[:8], "big")
         attempts: Counter[str] = Counter()
         several = len(grounds) > 1

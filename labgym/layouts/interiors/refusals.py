@@ -188,6 +188,35 @@ def check_places(request: Request, required: Sequence[Unit], grounds: Sequence[G
         raise InfeasibleError(_sentence(request, "cannot hold"), obstructed, None, remedy="change the floor")
 
 
+def check_walls(request: Request, required: Sequence[Unit], grounds: Sequence[Ground]) -> None:
+    """Refuse a floor whose walls are shorter than its required pieces are wide together: each stands along a wall.
+
+    Raises:
+        InfeasibleError: names both lengths.
+    """
+    fixed = {placement.id for placement in request.fixed}
+    free = [unit for unit in required if unit.id not in fixed]
+    able = [ground for ground in grounds if ground.use != "corridor"] or grounds
+    needed, offered = sum(unit.width for unit in free), sum(_usable_length(free, ground) for ground in able)
+    if needed > offered:
+        conflict = (
+            f"{len(free)} pieces are {needed:.1f} m wide together; the walls at which they can stand are "
+            f"{offered:.1f} m long"
+        )
+        raise InfeasibleError(_sentence(request, "cannot hold"), [conflict], None, remedy="enlarge the floor")
+
+
+def _usable_length(units: Sequence[Unit], ground: Ground) -> float:
+    """Return the length of wall that one or another unit can take while the others are elsewhere, meters."""
+    standing, total = Standing(ground), 0.0
+    for segment in ground.segments:
+        end = 0.0
+        for low, high in sorted((a, b + unit.width) for unit in units for a, b in standing.places(segment, unit)):
+            total += max(high - max(low, end), 0.0)
+            end = max(end, high)
+    return total
+
+
 def failure(
     request: Request,
     required: Sequence[Unit],
