@@ -179,7 +179,7 @@ class FloorProposer:
             raise error.with_preset(_smallest_preset(request)) from None
 
     def _plan(self, request: Request) -> PosedBrief:
-        grounds = grounds_of(request.floor)
+        grounds: Sequence[Ground] = grounds_of(request.floor)
         check_floor(request, grounds)
         grounds = reached(request, grounds)
         check_walls(request, needs_of(request, np.random.default_rng(request.seed), 0).required, grounds)
