@@ -37,7 +37,7 @@ REACH = 0.30
 """A way leads to furniture narrower than itself if it passes this near to the place in front, meters: such furniture
 may stand in a niche between deeper pieces."""
 THINNED = 4
-"""Of so many lines of the grid one is looked at for spaces that no way reaches."""
+"""Every such line of the grid is looked at for spaces that no way reaches."""
 WIDEST = 1.2
 """Widths are measured up to this value, meters."""
 
