@@ -310,7 +310,7 @@ def _print_notes(options: dict[str, Any]) -> None:
     if options.get("note") and "furnishing" in options:
         print(f"note: {options['furnishing']} furnishing only: {options['note']}", file=sys.stderr)
     if options.get(EMPTY):
-        print(f"note: left empty, because no wide way leads to them: {', '.join(options[EMPTY])}", file=sys.stderr)
+        print(f"note: left empty: {', '.join(options[EMPTY])}", file=sys.stderr)
     stopped = options.get("attempts", {}).get("stopped", 0)
     if stopped:
         print(f"note: {stopped} attempts reached the solver's effort limit before one succeeded", file=sys.stderr)

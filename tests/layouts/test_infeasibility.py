@@ -7,7 +7,7 @@ import labgym.layouts.interiors.furnisher as furnisher
 from labgym.cli import main
 from labgym.errors import InfeasibleError, SearchLimitError
 from labgym.layouts import Door, Room, generate, room_presets
-from labgym.layouts.floor import Floor, Rectangle, Space
+from labgym.layouts.floor import Floor, Rectangle, Space, Wall
 from labgym.layouts.generate import resolve_request
 from labgym.layouts.interiors import FloorProposer, proposer
 
@@ -99,6 +99,17 @@ def test_a_space_behind_a_door_that_is_too_narrow_for_a_way_out_stays_empty():
     layout = generate("sub_01", floor=bay_and_study(exit_of_study=False))
     assert layout.provenance.options["empty"] == ["study"]
     assert all(item.position[0] < 8.1 for item in layout.placements if item.support == "floor")
+
+
+def test_a_closet_stays_empty():
+    floor = bay_and_study(exit_of_study=False)
+    inner = floor.walls[4]
+    door = inner.openings[0].model_copy(update={"position": 0.75, "width": 0.95})
+    walls = (*floor.walls[:4], inner.model_copy(update={"openings": (door,)}))
+    walls += (Wall(start=(8.1, 1.55), end=(11.1, 1.55), thickness=0.1),)
+    closet = Space(id="closet", x=8.1, region=(Rectangle(x1=3.0, y1=1.5),))
+    layout = generate("sub_01", floor=Floor(walls=walls, spaces=(floor.spaces[0], closet)))
+    assert layout.provenance.options["empty"] == ["closet"]
 
 
 def test_exits_that_no_wide_way_joins_with_one_laboratory_are_refused_with_their_places():

@@ -124,8 +124,12 @@ def check_floor(request: Request, grounds: Sequence[Ground]) -> None:
         raise InfeasibleError(_sentence(request, "cannot hold"), conflicts, None, remedy="change the floor")
 
 
-def reached(request: Request, grounds: Sequence[Ground]) -> list[Ground]:
-    """Return the spaces to which ways of the required width lead from all exits; the others stay empty.
+SMALLEST_LABORATORY_M2 = 5.0
+"""Area of the smallest laboratory next to others; smaller ones, such as closets of read floors, stay empty."""
+
+
+def usable(request: Request, grounds: Sequence[Ground]) -> list[Ground]:
+    """Return the spaces to which ways of the required width lead from all exits, without closets.
 
     Raises:
         InfeasibleError: no space for laboratory work is reached.
@@ -140,7 +144,8 @@ def reached(request: Request, grounds: Sequence[Ground]) -> list[Ground]:
         ]
         remedy = "widen the doors on these ways, or remove exits, so that a way leads from each exit to one laboratory"
         raise InfeasibleError(_sentence(request, "cannot hold"), conflicts, None, remedy=remedy)
-    return able
+    large = [ground for ground in able if ground.use != "laboratory" or ground.area >= SMALLEST_LABORATORY_M2]
+    return able if all(ground.use == "corridor" for ground in large) else large
 
 
 def _fixed_conflicts(request: Request) -> list[str]:
