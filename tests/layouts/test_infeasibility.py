@@ -1,5 +1,7 @@
 """What `generate` says when it returns no layout, or less than the full furnishing."""
 
+from dataclasses import replace
+
 import pytest
 from floor_shapes import two_rooms
 
@@ -10,6 +12,7 @@ from labgym.layouts import Door, Room, generate, room_presets
 from labgym.layouts.floor import Floor, Rectangle, Space, Wall
 from labgym.layouts.generate import resolve_request
 from labgym.layouts.interiors import FloorProposer, proposer
+from labgym.layouts.interiors.furnisher import FurnishedSpace
 
 FRONT = (Door(wall="front", offset=1.5),)
 
@@ -71,9 +74,9 @@ def test_every_preset_for_new_layouts_has_two_exits_far_apart():
         assert apart > (room.width**2 + room.depth**2) ** 0.5 / 2.0
 
 
-def bay_and_study(exit_of_study: bool) -> Floor:
-    """A laboratory of 8 x 8 m and a study behind a door of 0.8 m, which has an exit of its own or none."""
-    floor = two_rooms(width=0.8)
+def bay_and_study(exit_of_study: bool, door: float = 0.8) -> Floor:
+    """A laboratory of 8 x 8 m and a study behind a door of a width in meters, with an exit of its own or without."""
+    floor = two_rooms(width=door)
     front, right, back, left, inner = floor.walls
     moved = {
         "front": front.model_copy(update={"end": (11.2, -0.1)}),
@@ -110,6 +113,20 @@ def test_a_closet_stays_empty():
     closet = Space(id="closet", x=8.1, region=(Rectangle(x1=3.0, y1=1.5),))
     layout = generate("sub_01", floor=Floor(walls=walls, spaces=(floor.spaces[0], closet)))
     assert layout.provenance.options["empty"] == ["closet"]
+
+
+def test_a_space_that_cannot_hold_its_share_stays_empty_unless_another_floor_can_be_drawn(monkeypatch):
+    def furnish(request, needs, grounds, *rest):
+        if any(ground.space == "study" for ground in grounds):
+            return None, FurnishedSpace(None, space="study")
+        return furnish_spaces(request, needs, grounds, *rest)
+
+    furnish_spaces = proposer.furnish_spaces
+    monkeypatch.setattr(proposer, "furnish_spaces", furnish)
+    request = resolve_request("sub_01", floor=bay_and_study(exit_of_study=False, door=1.0))
+    assert FloorProposer().plan(request).options["empty"] == ["study"]
+    with pytest.raises(SearchLimitError, match="the furniture of 'study' found no places"):
+        FloorProposer().plan(replace(request, family="bay"))
 
 
 def test_exits_that_no_wide_way_joins_with_one_laboratory_are_refused_with_their_places():
