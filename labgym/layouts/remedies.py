@@ -20,7 +20,7 @@ STEP = 0.1
 """The least length that helps is determined to this, meters."""
 ROOMS = ((4.0, 4.0), (6.0, 5.0), (8.0, 6.0))
 """Sizes of a further laboratory that are tried, smallest first, meters."""
-TRIALS = 16
+TRIALS = 8
 """Most changes that are tried."""
 ENOUGH = 3
 """Number of changes that help with which the search for further ones ends."""
