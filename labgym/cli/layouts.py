@@ -302,12 +302,15 @@ def _generate_one(
 def _print_notes(options: dict[str, Any]) -> None:
     """Print what a layout's provenance says about how it came about."""
     from labgym.layouts.generate import ADDED
+    from labgym.layouts.interiors.proposer import EMPTY
     from labgym.layouts.phases import FAILURES, summary
 
     if FAILURES in options:
         print(f"labgym: warning: {summary(options[FAILURES])}", file=sys.stderr)
     if options.get("note") and "furnishing" in options:
         print(f"note: {options['furnishing']} furnishing only: {options['note']}", file=sys.stderr)
+    if options.get(EMPTY):
+        print(f"note: left empty: {', '.join(options[EMPTY])}", file=sys.stderr)
     stopped = options.get("attempts", {}).get("stopped", 0)
     if stopped:
         print(f"note: {stopped} attempts reached the solver's effort limit before one succeeded", file=sys.stderr)

@@ -19,7 +19,7 @@ from labgym.exchange.drawing import Drawing, Mark
 from labgym.exchange.regions import direction
 from labgym.exchange.ros_files import RosMap, open_ros_map
 from labgym.exchange.ros_partitions import THICKEST, partitions
-from labgym.exchange.strips import Point, around
+from labgym.exchange.strips import PASSABLE, Point, around
 from labgym.geometry.polygons import grown, largest
 from labgym.layouts.floor import Floor
 
@@ -273,6 +273,9 @@ def _doors(grid: RosMap, start: Point, end: Point, thickness: float) -> Iterator
     edges = np.flatnonzero(np.diff(np.concatenate([[False], free, [False]]).astype(np.int8)))
     for low, high in zip(edges[::2] * step, edges[1::2] * step, strict=True):
         if DOOR[0] <= high - low <= DOOR[1]:
+            if high - low < PASSABLE <= high - low + 2.0 * grid.resolution:
+                middle = min(max((low + high) / 2.0, PASSABLE / 2.0), length - PASSABLE / 2.0)
+                low, high = middle - PASSABLE / 2.0, middle + PASSABLE / 2.0
             ends = [(start[0] + at * ux, start[1] + at * uy) for at in (low, high)]
             yield Mark(ends[0], ends[1], "door", ends[0], (ends[0][0] - uy, ends[0][1] + ux))
 

@@ -20,6 +20,8 @@ PARALLEL = 0.01
 """Largest sine of the angle between two faces of a wall."""
 MOST_FACES = 2000
 """Largest number of single lines that are compared with each other."""
+PASSABLE = 0.72
+"""Width of the narrowest door for the robot, meters; openings that may be as wide, for all that is known, get it."""
 SAME = 1e-3
 """Lengths below this count as nothing, meters."""
 

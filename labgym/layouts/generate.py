@@ -276,7 +276,7 @@ def _unrepaired(
         return UnrepairedError(what, [*problems["violations"], *problems["errors"]], None, remedy=remedy)
     what = f"the proposed layout of protocol {protocol!r} on floor {floor!r} could not be repaired"
     missing = [f"not placed: {', '.join(problems['missing'])}"] if problems["missing"] else []
-    conflicts = [*problems["violations"], *problems["errors"], *missing]
+    conflicts = list(dict.fromkeys([*problems["violations"], *problems["errors"], *missing]))
     remedy = "try another seed, or keep the layout: on_failure='keep', --keep"
     closed = len(closed_doors(request.floor))
     if assessment.unequipped and request.holdings is not None and request.holdings.purchases == "none":

@@ -14,15 +14,15 @@ from labgym.layouts.interiors.needs import GROUPS, separations_on
 from labgym.layouts.request import Request, combination
 from labgym.layouts.rules.objective import evaluate_layout
 
-LONGER = (0.4, 0.8, 1.6, 3.2)
-"""Lengths by which a space is made longer until it is long enough, meters."""
+LONGEST = 3.2
+"""Greatest length by which a space is made longer, meters."""
 STEP = 0.1
-"""The least such length is determined to this, meters."""
+"""The least length that helps is determined to this, meters."""
 ROOMS = ((4.0, 4.0), (6.0, 5.0), (8.0, 6.0))
 """Sizes of a further laboratory that are tried, smallest first, meters."""
-TRIALS = 30
+TRIALS = 8
 """Most changes that are tried."""
-ENOUGH = 5
+ENOUGH = 3
 """Number of changes that help with which the search for further ones ends."""
 SHOWN = 6
 """Most distances that a message names."""
@@ -49,7 +49,7 @@ def remedies(request: Request, trials: int = TRIALS) -> tuple[Remedy, ...]:
     The changes are: open the doors between spaces, drop the requirement of a service, remove a keep-out or a fixed
     piece, leave a protocol out, make a space longer (by the least length, to 0.1 m), and add a laboratory at an exit.
     Each is verified: the request that it gives is furnished and checked. A change whose search ends at the effort limit
-    is not returned. The search ends with five changes. Deterministic.
+    is not returned. The search ends with three changes. Deterministic.
 
     Args:
         trials: most changes that are tried.
@@ -82,6 +82,7 @@ def with_remedies(error: InfeasibleError, request: Request) -> InfeasibleError:
         text = f"{words}: {'; '.join(remedy.text for remedy in changes)}"
     else:
         text = "no single change of services, keep-outs, fixed pieces, protocols or sizes up to 3.2 m was found to help"
+        text += f"; {error.remedy}"
     return error.with_remedy(text)
 
 
@@ -194,23 +195,16 @@ def _moved(request: Request, stretch: Stretch) -> Request:
 
 
 def _least(attempt: Callable[[float], Request | None]) -> tuple[float, Request] | None:
-    """The least length for which an attempt succeeds, by doubling and halving, and what it returns."""
-    low, best = 0.0, None
-    for by in LONGER:
-        result = attempt(by)
-        if result is not None:
-            best = (by, result)
-            break
-        low = by
-    while best is not None and best[0] - low > STEP + 1e-9:
-        middle = round((low + best[0]) / 2.0 / STEP) * STEP
-        middle = round(min(max(middle, low + STEP), best[0] - STEP), 6)
+    """The least length for which an attempt succeeds, by halving, and what it returns; None if the longest fails."""
+    low, high, best = 0.0, LONGEST, attempt(LONGEST)
+    while best is not None and high - low > STEP + 1e-9:
+        middle = round(low + round((high - low) / 2.0 / STEP) * STEP, 6)
         result = attempt(middle)
         if result is None:
             low = middle
         else:
-            best = (middle, result)
-    return best
+            high, best = middle, result
+    return None if best is None else (high, best)
 
 
 def _size_text(before: Floor, after: Floor, space: str, axis: int, by: float) -> str:

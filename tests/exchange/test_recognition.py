@@ -20,8 +20,9 @@ from labgym.cli import main
 from labgym.errors import DocumentError, OptionError
 from labgym.exchange.formats import read_floor
 from labgym.exchange.recognition.overlay import overlay_png
-from labgym.exchange.recognition.picture import closed, main_direction, opened
+from labgym.exchange.recognition.picture import Picture, closed, main_direction, opened
 from labgym.exchange.recognition.proposal import Answers, recognize
+from labgym.exchange.recognition.rooms import rooms_of
 from labgym.exchange.ros_files import open_ros_map
 from labgym.layouts import Layout
 
@@ -128,6 +129,24 @@ def test_a_straight_wall_within_a_room_stays_and_a_row_of_seats_is_floor(tmp_pat
     path = scan(tmp_path / "m", door=EXIT, furniture=(seats, wall), beams=False, rooms=(box(0.0, 0.0, 8.0, 8.0),))
     (room,) = recognize(path).rooms.values()
     assert [overlap(Polygon(hole), wall) > 0.4 for hole in room.interiors] == [True]
+
+
+def test_a_room_goes_on_behind_a_cupboard_that_hides_the_outer_wall():
+    free, solid = np.zeros((2, 120, 120), dtype=bool)
+    cupboard = np.s_[20:30, 50:65]
+    solid[18:102, 18:102] = free[20:100, 20:100] = True
+    solid[free] = free[cupboard] = False
+    solid[20:30, [50, 64]] = solid[29, 50:65] = True  # its sides and front
+    solid[18:20, 50:65] = False
+    labels, _ = rooms_of(Picture(free, solid, np.zeros_like(free), CELL, 0.0, 0.0))
+    assert (labels[20:100, 20:100] == 1).all()
+
+
+def test_a_long_corridor_of_a_bent_map_is_slanted_and_not_drawn_along_the_main_direction(tmp_path):
+    bent = rotate(box(0.0, -12.0, 1.8, 0.5), -3.0, (0.0, 0.0))
+    corridor = box(0.0, 0.0, 14.0, 1.8).union(bent)
+    path = scan(tmp_path / "m", door=box(1.5, 1.7, 2.5, 2.1), beams=False, rooms=(corridor,))
+    assert [overlap(each, corridor) > 0.95 for each in in_file(recognize(path))] == [True]
 
 
 def test_an_exit_that_is_seen_no_farther_than_the_wall_is_a_door(tmp_path):

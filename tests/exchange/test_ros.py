@@ -19,6 +19,7 @@ from labgym.exchange.ros_files import RosMap
 from labgym.exchange.ros_map import write_ros_map
 from labgym.exchange.ros_outline import _walled, read_ros_map
 from labgym.layouts import load_published, published
+from labgym.layouts.floor import Door, Floor
 from labgym.layouts.floors import draw_floor
 
 
@@ -144,6 +145,12 @@ def test_rows_of_furniture_between_inner_walls_do_not_prevent_reading(tmp_path, 
     again = read_ros_map(write_ros_map(layout, tmp_path / "ros"))
     area = sum(region(space).area for space in layout.floor.spaces)
     assert sum(region(space).area for space in again.spaces) == pytest.approx(area, rel=0.06)
+
+
+def test_a_door_that_may_be_as_wide_as_the_robot_needs_is_so_wide(tmp_path):
+    floor = Floor.rectangle(6.0, 5.0, doors=(Door(wall="front", offset=2.0, width=0.7),))
+    (way,) = read_ros_map(write_ros_map(empty_layout(floor), tmp_path / "ros", 0.05)).doorways
+    assert way.width == pytest.approx(0.72, abs=1e-3)
 
 
 def test_furniture_does_not_disturb_the_outline(tmp_path):

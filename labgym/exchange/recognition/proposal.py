@@ -30,7 +30,7 @@ from labgym.exchange.recognition.walls import (
     walls_around,
 )
 from labgym.exchange.regions import region_of
-from labgym.exchange.strips import tidy_point
+from labgym.exchange.strips import PASSABLE, tidy_point
 from labgym.geometry.frames import PlanarPose, compose
 from labgym.layouts.floor import Floor, Opening, Space, Wall
 from labgym.layouts.floor.changes import closed_doors, walls_with
@@ -52,8 +52,6 @@ HEIGHT, DOOR_HEIGHT = 3.0, 2.1
 """Heights of walls and openings, meters."""
 ROUNDS = 24
 """Largest number of parts that are left out until the rest forms a floor."""
-PASSABLE = 0.72
-"""Width of the narrowest door for the robot, meters; openings that may be as wide get it."""
 BLOCKED_M = 0.1
 """Distance from a blocked place within which an opening is left out, more than widening moves it, meters."""
 DRAWN_WALL = 0.1

@@ -205,7 +205,7 @@ def _without_openings(picture: Picture, labels: Labels) -> Labels:
     """Return labels without the gaps of outer walls: those beyond which there is neither room nor wall."""
     result = labels.copy()
     for axis in (0, 1):
-        gaps = along(picture.solid, picture.cells(WIDEST_END), axis, cv2.MORPH_CLOSE) & ~picture.solid & (labels > 0)
+        gaps = along(picture.solid, picture.cells(WIDEST_END), axis, cv2.MORPH_CLOSE) & picture.free & (labels > 0)
         _, parts, stats = components(gaps)
         depth, width = stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]
         depth, width = (depth, width) if axis == 0 else (width, depth)

@@ -19,6 +19,8 @@ from labgym.geometry.polygons import difference, grown, largest
 
 ALIGNED = math.radians(7.0)
 """Sides within this angle of the main direction are drawn along it."""
+DRIFT = 0.4
+"""Greatest distance between the ends of such a side across the main direction, meters: long walls may be bent."""
 DRAWN = math.radians(3.0)
 """The same for sides between corners that a person states."""
 DEVIATION = {False: 0.12, True: 0.04}
@@ -204,7 +206,8 @@ def _side(points: Array, tolerance: float, inset: float, shortest: float) -> _Si
     first, last = tuple(points[0].tolist()), tuple(points[-1].tolist())
     dx, dy = last[0] - first[0], last[1] - first[1]
     length = math.hypot(dx, dy)
-    slack = math.pi / 4.0 if length < shortest else max(ALIGNED, math.atan2(tolerance, length))
+    aligned = max(min(ALIGNED, math.atan2(DRIFT, length)), math.atan2(tolerance, length))
+    slack = math.pi / 4.0 if length < shortest else aligned
     for axis, (along, across) in enumerate(((dx, dy), (dy, dx))):
         if abs(math.atan2(across, abs(along))) <= slack + 1e-9:
             outward = (-1.0 if along > 0.0 else 1.0) * (1.0 if axis == 0 else -1.0)

@@ -106,17 +106,22 @@ def furnish(share: Share, seed: int, generator: np.random.Generator, thorough: b
         thorough: whether the solver chooses the walls in the end.
     """
     result, ground, units = FurnishedSpace(None), share.ground, share.units
+    occupied = share.occupied().standing
+    known: dict[tuple[bool, bool, Aloof], Places] = {}
     for number, attempt in enumerate(_attempts(share.wished, share.least, thorough)):
         demands = attempt.demands
-        room = share.occupied()
+        standing = occupied.copy()
 
         def places_of(able: Sequence[Unit], apart: Mapping[str, Distances]) -> Places:
-            return all_places(room.standing, able, apart, share.hood_walls, attempt.near_supplies, attempt.aloof)  # noqa: B023
+            return all_places(standing, able, apart, share.hood_walls, attempt.near_supplies, attempt.aloof)  # noqa: B023
 
-        places = places_of(units, demands.apart)
+        kind = demands is share.least, attempt.near_supplies, attempt.aloof
+        if kind not in known:
+            known[kind] = places_of(units, demands.apart)
+        places = known[kind]
         bound = {unit for rule in demands.proximities for unit in (rule.first, rule.second)}
         able = [] if attempt.all_walls else [unit for unit in units if unit.id not in bound]
-        feet = stand_oblique(room.standing, able, places, demands.separations, generator)
+        feet = stand_oblique(standing, able, places, demands.separations, generator)
         upright = [unit for unit in units if unit.id not in feet]
         if feet:
             from_feet = distances_from(feet, [unit.id for unit in upright], demands.separations)

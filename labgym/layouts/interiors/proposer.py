@@ -24,7 +24,7 @@ from labgym.layouts.interiors.filling import Names
 from labgym.layouts.interiors.furnisher import FurnishedSpace, Share, furnish
 from labgym.layouts.interiors.interior import Interior, fixed_pieces
 from labgym.layouts.interiors.needs import EXTRA_HOODS, Needs, needs_of, relaxed
-from labgym.layouts.interiors.refusals import check_floor, check_places, failure
+from labgym.layouts.interiors.refusals import check_floor, check_places, check_walls, failure, usable
 from labgym.layouts.interiors.safeguards import with_safeguards
 from labgym.layouts.interiors.setups import assembled
 from labgym.layouts.interiors.siting import distances_from
@@ -129,6 +129,10 @@ DISTRIBUTIONS = 4
 """Number of distributions over the spaces that are tried."""
 SHORT = 3
 """Number of them in a short search on a floor of several spaces, in which the solver does not choose the walls."""
+RETREATS = 3
+"""Most spaces that are left empty one after another because their shares found no places."""
+EMPTY = "empty"
+"""Provenance option: ids of the spaces that stay empty because they are too small or no wide way leads to them."""
 ASSEMBLY_STREAM = 0xA5
 """Sub-stream of the seed for the arrangement of apparatus."""
 
@@ -177,8 +181,34 @@ class FloorProposer:
             raise error.with_preset(_smallest_preset(request)) from None
 
     def _plan(self, request: Request) -> PosedBrief:
-        grounds = grounds_of(request.floor)
+        grounds: Sequence[Ground] = grounds_of(request.floor)
         check_floor(request, grounds)
+        grounds = usable(request, grounds)
+        # Another floor is drawn in place of one of a family.
+        retreats = 0 if request.family or self.patience == "short" else RETREATS
+        refused: InfeasibleError | None = None
+        for _ in range(1 + retreats):
+            try:
+                plan, space = self._spread(request, grounds)
+            except InfeasibleError as error:
+                refused = refused or error
+                break
+            if not isinstance(plan, InfeasibleError):
+                return plan
+            refused = refused or plan
+            grounds = [ground for ground in grounds if ground.space != space]
+            if all(ground.use == "corridor" for ground in grounds):
+                break
+        assert refused is not None
+        raise refused
+
+    def _spread(self, request: Request, grounds: Sequence[Ground]) -> tuple[PosedBrief | InfeasibleError, str]:
+        """Return the first plan that furnishes some spaces, or the error and the space whose share found no places.
+
+        Raises:
+            InfeasibleError: the spaces cannot hold what the protocols require.
+        """
+        check_walls(request, needs_of(request, np.random.default_rng(request.seed), 0).required, grounds)
         entropy = int.from_bytes(hashlib.sha256(request.protocol.id.encode()).digest()[:8], "big")
         attempts: Counter[str] = Counter()
         several = len(grounds) > 1
@@ -192,10 +222,11 @@ class FloorProposer:
             attempts += outcome.attempts
             if rooms is not None:
                 left = complete(request, needs, rooms, generator)
-                return _assembled(request, needs, rooms, left, attempts)
+                empty = [space.id for space in request.floor.spaces if space.id not in rooms]
+                return _assembled(request, needs, rooms, left, attempts, empty), ""
             if attempt == 0 and self.patience == "full":
                 check_places(request, needs.required, grounds)
-        raise failure(request, needs.required, grounds, outcome, attempts)
+        return failure(request, needs.required, grounds, outcome, attempts), outcome.space
 
 
 def _smallest_preset(request: Request) -> str | None:
@@ -210,9 +241,14 @@ def _smallest_preset(request: Request) -> str | None:
 
 
 def _assembled(
-    request: Request, needs: Needs, rooms: Mapping[str, Interior], left: Sequence[Unit], attempts: Counter[str]
+    request: Request,
+    needs: Needs,
+    rooms: Mapping[str, Interior],
+    left: Sequence[Unit],
+    attempts: Counter[str],
+    empty: Sequence[str],
 ) -> PosedBrief:
-    """Return the plan of furnished spaces; `left` are the further pieces that found no place."""
+    """Return the plan of furnished spaces; `left` are the further pieces that found no place, `empty` other spaces."""
     poses: dict[str, Pose] = {}
     for room in rooms.values():
         for unit_id, foot in room.feet.items():
@@ -236,6 +272,8 @@ def _assembled(
         options["variants"] = dict(request.furniture.chosen)
     if attempts:
         options["attempts"] = dict(sorted(attempts.items()))
+    if empty:
+        options[EMPTY] = list(empty)
     return PosedBrief(request, brief, poses, _note(left), options)
 
 

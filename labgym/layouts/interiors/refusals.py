@@ -21,8 +21,10 @@ from labgym.layouts.pieces import pieces, unit_of
 from labgym.layouts.request import Request
 from labgym.layouts.rules import facility
 from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.egress import cut_off
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.site import Site
+from labgym.layouts.rules.thresholds import EGRESS_WIDTH
 from labgym.layouts.stocking import plan_cabinets
 
 Pieces = Mapping[str, Sequence[tuple[Unit, OrientedBox]]]
@@ -122,6 +124,30 @@ def check_floor(request: Request, grounds: Sequence[Ground]) -> None:
         raise InfeasibleError(_sentence(request, "cannot hold"), conflicts, None, remedy="change the floor")
 
 
+SMALLEST_LABORATORY_M2 = 5.0
+"""Area of the smallest laboratory next to others; smaller ones, such as closets of read floors, stay empty."""
+
+
+def usable(request: Request, grounds: Sequence[Ground]) -> list[Ground]:
+    """Return the spaces to which ways of the required width lead from all exits, without closets.
+
+    Raises:
+        InfeasibleError: no space for laboratory work is reached.
+    """
+    missed = cut_off(request.floor) if len(grounds) > 1 else {}
+    able = [ground for ground in grounds if not any(ground.space in spaces for spaces in missed.values())]
+    if all(ground.use == "corridor" for ground in able):
+        conflicts = [
+            f"no way {EGRESS_WIDTH:.2f} m wide leads from {entrance} to {len(spaces)} of {len(grounds)} spaces"
+            for entrance, spaces in missed.items()
+            if spaces
+        ]
+        remedy = "widen the doors on these ways, or remove exits, so that a way leads from each exit to one laboratory"
+        raise InfeasibleError(_sentence(request, "cannot hold"), conflicts, None, remedy=remedy)
+    large = [ground for ground in able if ground.use != "laboratory" or ground.area >= SMALLEST_LABORATORY_M2]
+    return able if all(ground.use == "corridor" for ground in large) else large
+
+
 def _fixed_conflicts(request: Request) -> list[str]:
     """Return what is wrong with the fixed objects alone: outside, overlapping, in doors, keep-outs or off services."""
     if not request.fixed:
@@ -165,6 +191,35 @@ def check_places(request: Request, required: Sequence[Unit], grounds: Sequence[G
     obstructed = obstructions(free, able, fixed_pieces(request, required, grounds))
     if obstructed:
         raise InfeasibleError(_sentence(request, "cannot hold"), obstructed, None, remedy="change the floor")
+
+
+def check_walls(request: Request, required: Sequence[Unit], grounds: Sequence[Ground]) -> None:
+    """Refuse a floor whose walls are shorter than its required pieces are wide together: each stands along a wall.
+
+    Raises:
+        InfeasibleError: names both lengths.
+    """
+    fixed = {placement.id for placement in request.fixed}
+    free = [unit for unit in required if unit.id not in fixed]
+    able = [ground for ground in grounds if ground.use != "corridor"] or grounds
+    needed, offered = sum(unit.width for unit in free), sum(_usable_length(free, ground) for ground in able)
+    if needed > offered:
+        conflict = (
+            f"{len(free)} pieces are {needed:.1f} m wide together; the walls at which they can stand are "
+            f"{offered:.1f} m long"
+        )
+        raise InfeasibleError(_sentence(request, "cannot hold"), [conflict], None, remedy="enlarge the floor")
+
+
+def _usable_length(units: Sequence[Unit], ground: Ground) -> float:
+    """Return the length of wall that one or another unit can take while the others are elsewhere, meters."""
+    standing, total = Standing(ground), 0.0
+    for segment in ground.segments:
+        end = 0.0
+        for low, high in sorted((a, b + unit.width) for unit in units for a, b in standing.places(segment, unit)):
+            total += max(high - max(low, end), 0.0)
+            end = max(end, high)
+    return total
 
 
 def failure(

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from copy import copy
 from dataclasses import replace
+from functools import lru_cache
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -61,6 +63,12 @@ class Standing:
         self.furniture_bounds = strips(())
         self.free_bounds = strips(self.free)
         self._along: dict[str, Array] = {}
+
+    def copy(self) -> Standing:
+        """Return a copy to which furniture can be added."""
+        other = copy(self)
+        other.furniture, other.free = list(self.furniture), list(self.free)
+        return other
 
     def add(self, foot: OrientedBox, front: float = 0.0, clear: float = 0.0) -> None:
         """Add a unit, the free depth in front of it, and the distance that other furniture keeps from it, meters."""
@@ -177,6 +185,7 @@ def strips(boxes: Sequence[OrientedBox]) -> Array:
     return np.array(rows, dtype=np.float64).reshape(-1, 4)
 
 
+@lru_cache(maxsize=4096)
 def _cut(box: OrientedBox) -> list[tuple[float, float, float, float]]:
     """Bounds of the parts of an oblique box between lines of equal x."""
     corners = box.corners()

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.geometry import OrientedBox, wrap_angle
+from labgym.geometry import Array, OrientedBox, wrap_angle
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import Move, Rotate, may_move
 from labgym.layouts.placement import FLOOR, Placement
@@ -89,10 +89,10 @@ def _waypoints(layout: Layout, transition: Transition, radius: float) -> Iterato
     carried = {item.id for item in layout.placements if layout.root(item.id).id in movable}
     rest = layout.replace(placements=tuple(item for item in layout.placements if item.id not in carried))
     grid = occupancy(rest).dilated(PLANNING_RADIUS)
-    boxes = Obstacles(solid for item in sorted(carried) for solid in layout.solids(item))
+    solids = [solid for item in sorted(carried) for solid in layout.solids(item)]
+    boxes = Obstacles(solids)
     xs, ys = grid.centres()
-    cells = np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 2)
-    overlap = np.maximum(radius - boxes.nearest(cells), 0.0).reshape(grid.shape)
+    overlap = _overlap(solids, xs, ys, radius)
     path = astar(grid, transition.start[:2], transition.goal[:2], 1.0 + DETOUR_COST * overlap)
     if path is None:
         return
@@ -101,6 +101,19 @@ def _waypoints(layout: Layout, transition: Transition, radius: float) -> Iterato
         if blocked:
             x, y = path[max(run, key=lambda index: (float(depths[index]), -index))].tolist()
             yield _blockage(layout, "path_blocked", transition.goal_location, (x, y), radius)
+
+
+def _overlap(boxes: Sequence[OrientedBox], xs: Array, ys: Array, radius: float) -> Array:
+    """Return the depth to which a disc at each point of a grid overlaps the nearest box, (ny, nx) meters."""
+    overlap = np.zeros((len(ys), len(xs)))
+    for box in boxes:
+        x0, y0, x1, y1 = box.bounds()
+        columns = slice(*np.searchsorted(xs, (x0 - radius, x1 + radius)))
+        rows = slice(*np.searchsorted(ys, (y0 - radius, y1 + radius)))
+        points = np.stack(np.meshgrid(xs[columns], ys[rows]), axis=-1)
+        depth = radius - Obstacles([box]).nearest(points.reshape(-1, 2)).reshape(points.shape[:2])
+        np.maximum(overlap[rows, columns], depth, out=overlap[rows, columns])
+    return overlap
 
 
 def _blockage(layout: Layout, cause: Cause, location: str, point: tuple[float, float], radius: float) -> RouteBlockage:

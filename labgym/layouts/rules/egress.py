@@ -36,6 +36,8 @@ are joined, and their clearance is at most this much less than half the width of
 REACH = 0.30
 """A way leads to furniture narrower than itself if it passes this near to the place in front, meters: such furniture
 may stand in a niche between deeper pieces."""
+THINNED = 4
+"""Every such line of the grid is looked at for spaces that no way reaches."""
 WIDEST = 1.2
 """Widths are measured up to this value, meters."""
 
@@ -87,6 +89,23 @@ def blocked_places(arrangement: Arrangement, width: float = EGRESS_WIDTH) -> tup
     floor, obstacles, leaves, places = _scene(arrangement, width, leaves=False)
     field = _Clearance.of(floor, obstacles, leaves)
     return tuple(place.id for place in places if field.at(place.x, place.y) <= 0.0)
+
+
+def cut_off(floor: Floor, width: float = EGRESS_WIDTH) -> dict[str, frozenset[str]]:
+    """Return by exit the ids of the spaces to which no way of a width in meters leads from it, without furniture."""
+    building, exits = _exits(floor)
+    field = _Clearance.of(floor, (), ())
+    x0, y0, _, _ = field.bounds
+    ys, xs = np.indices(field.values.shape)[:, ::THINNED, ::THINNED] * STEP
+    nodes = np.column_stack([x0 + xs.ravel(), y0 + ys.ravel()])
+    inside = [space.contains(nodes).reshape(xs.shape) for space in floor.spaces]
+    result = {}
+    for entrance in exits:
+        area = field.area(entrance, width / 2.0 - ERROR)
+        reached = np.isin(area.labels[::THINNED, ::THINNED], list(area.inside))
+        missed = (index for index in building.joined(entrance.space) if not (reached & inside[index]).any())
+        result[entrance.label] = frozenset(floor.spaces[index].id for index in missed)
+    return result
 
 
 def _scene(
