@@ -30,7 +30,7 @@ _WEIGHED = frozenset(("yield", "yields", "yielded", "wgt.", "wgt", "wt.", "weigh
 """Words in whose reach a mass is of the product."""
 _REACHED = re.compile(
     r"increas|ris(?:e|es|ing)$|rose|reach|exceed|exotherm|f[ea]ll|drop(?:s|ped)$|maxim|subsid|solidif|occur|complet"
-    r"|melt|decompos|crystalli|uptake|evol|absor|turn|becam|becom|appear|lighten|exceeding"
+    r"|melt|decompos|crystalli|uptake|evol|absor|turn|becam|becom|appear|lighten"
 )
 """Words for what a mixture does by itself."""
 _MIXING: frozenset[Verb] = frozenset(("Chromatograph", "Crystallize", "Recrystallize"))
