@@ -91,9 +91,9 @@ def free_pair(rng: np.random.Generator, world: World) -> GoalPair:
         ends = rng.uniform((low_x, low_y, -math.pi), (high_x, high_y, math.pi), size=(2, 3)).round(3).tolist()
         start, goal = ((x, y, yaw) for x, y, yaw in ends)
         pair = GoalPair(0, start, goal, ANYWHERE, ANYWHERE)
-        if math.dist(start[:2], goal[:2]) > LEAST_DRIVE_M and world.plannable_at(start) and world.plannable_at(goal):
-            if math.isfinite(world.shortest_length(pair)):
-                return pair
+        fits = math.dist(start[:2], goal[:2]) > LEAST_DRIVE_M and all(map(world.plannable_at, (start, goal)))
+        if fits and math.isfinite(world.shortest_length(pair)):
+            return pair
     raise OptionError(f"layout {world.layout.id!r}: no two free poses more than {LEAST_DRIVE_M:g} m apart were drawn")
 
 

@@ -75,7 +75,7 @@ def test_every_preset_for_new_layouts_has_two_exits_far_apart():
 
 
 def bay_and_study(exit_of_study: bool, door: float = 0.8) -> Floor:
-    """A laboratory of 8 x 8 m and a study behind a door of a width in meters, with an exit of its own or without."""
+    """Return a laboratory of 8 x 8 m and a study behind a door `door` meters wide; the study may have its own exit."""
     floor = two_rooms(width=door)
     front, right, back, left, inner = floor.walls
     moved = {

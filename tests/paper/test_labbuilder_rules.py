@@ -161,8 +161,9 @@ def drawn_scene(rng):
     return {"objects": objects}
 
 
-def test_counts_and_scores_are_those_of_a_second_calculation():
-    assets = [
+def library_form() -> list[dict]:
+    """Return the assets of the library in the form of LabBuilder's file."""
+    return [
         {
             "id": each.id,
             "name": each.name,
@@ -172,6 +173,10 @@ def test_counts_and_scores_are_those_of_a_second_calculation():
         }
         for each in LIBRARY.entries
     ]
+
+
+def test_counts_and_scores_are_those_of_a_second_calculation():
+    assets = library_form()
     rng, least = np.random.default_rng(0), dict.fromkeys(("ob", "cn", "heights", "incomp_count"), 0)
     for _ in range(30):
         drawn = drawn_scene(rng)
@@ -287,17 +292,7 @@ def files(tmp_path):
         )
     ]
     (tmp_path / "s.json").write_text(json.dumps({"room_size": {"w": 6, "d": 8, "h": 3}, "objects": objects}))
-    assets = [
-        {
-            "id": e.id,
-            "name": e.name,
-            "type": e.kind,
-            "geometry": {"bbox": {"short": e.short, "long": e.long, "height": e.height}},
-            "props": dict.fromkeys(e.flags, True),
-        }
-        for e in LIBRARY.entries
-    ]
-    (tmp_path / "assets.json").write_text(json.dumps({"assets": assets}))
+    (tmp_path / "assets.json").write_text(json.dumps({"assets": library_form()}))
     return tmp_path
 
 

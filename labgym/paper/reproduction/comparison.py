@@ -222,7 +222,8 @@ def proposers(
     every = {"nothing": NothingProposer(), "heap": HeapProposer(), **named, **graded}
     for name in names:
         check_name("proposer", name, every)
-    return {name: every[name] for name in names or every if names or not quick or name not in graded}
+    chosen = names or [name for name in every if not quick or name not in graded]
+    return {name: every[name] for name in chosen}
 
 
 def comparison_variants(chosen: Mapping[str, str | Proposer]) -> tuple[StudyVariant, ...]:

@@ -86,8 +86,8 @@ def _kept(draft: ActionDraft, place: int) -> tuple[KeptPart, bool]:
         if following.verb in _OF_EITHER:
             washed = washed or following.verb == "Wash"
             continue
-        told = draft.plain[slice(*(action.span or (0, 0)))]
-        off = " off" in told or not (washed or "collect" in told)
+        wording = draft.plain[slice(*(action.span or (0, 0)))]
+        off = " off" in wording or not (washed or "collect" in wording)
         if off and following.verb == "Concentrate" and _LIQUID.search(f"{words} {inside}"):
             return "filtrate", True
         part = _used(action, following, words)

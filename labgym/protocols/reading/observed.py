@@ -148,9 +148,9 @@ def _result(draft: ActionDraft, place: int, tokens: Sequence[Token], token: Toke
     _, start, end, rest = _run(tokens, token)
     ahead = list(takewhile(lambda item: item.low not in _SOURCES, rest))
     earlier = takewhile(lambda item: item.low not in _SOURCES, reversed([item for item in tokens if item.end < start]))
-    said = next((item.low for item in (*earlier, *ahead) if item.kind == "verb" or item.low in _GIVEN), "")
+    giving = next((item.low for item in (*earlier, *ahead) if item.kind == "verb" or item.low in _GIVEN), "")
     measured = any(item.figure is not None and item.figure.kind in MEASURES for item in leaves(rest))
-    if draft.actions[place].verb not in _LEAVING or measured or said not in _GIVEN:
+    if draft.actions[place].verb not in _LEAVING or measured or giving not in _GIVEN:
         return False
     gives = (Portion(name=draft.text[start:end][:200], span=(start, end)),)
     draft.actions.insert(place + 1, Action(verb="Yield", gives=gives, span=(start, end)))
